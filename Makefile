@@ -50,10 +50,14 @@ PREPARE := from slipgrasp.core.run.simulator import prepare_kernel; \
 kernel: $(VENV)/.develop
 	$(BIN)/python -c "$(PREPARE)"
 
-# The same, on two processors, and those of hands for WebAssembly too, which tests need.
+# The same, on two processors, and for WebAssembly too: a page that a test makes links all units that
+# its process has declared, also those of rails and supports.
+DECLARE := import runpy; from slipgrasp.core.kernel.rail import advance; \
+  from slipgrasp.core.kernel.support import advance; \
+  runpy.run_module('slipgrasp.core.kernel.webassembly.build', run_name='__main__')
 kernels: $(VENV)/.develop
 	@for end in first last; do \
-	  $(BIN)/python -m slipgrasp.core.kernel.webassembly.build $$end & \
+	  $(BIN)/python -c "$(DECLARE)" $$end & \
 	done; wait
 	@$(BIN)/python -c "$(PREPARE)"
 

@@ -6,13 +6,14 @@ import argparse
 import os
 import platform
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
+from benchmarks.charts import draw_diagrams
 from benchmarks.report import Table, format_text, update_page
 from slipgrasp.core.run.simulator import prepare_kernel
 
@@ -39,7 +40,6 @@ PARTS = {
     "assumptions": "effect of choices that the paper leaves open in its two cases",
     "onset": "error of the onset of slip against its closed form",
     "work-precision": "accuracy against cost, compared with MuJoCo and Drake",
-    "sampled": "accuracy against cost of sampled control",
     "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",
     "soak": "a service under mixed load for an hour; only if named",
     "long-runs": "memory of a service with the longest runs, their comparison, and readers",
@@ -53,7 +53,7 @@ PARTS = {
     "sysid": "a fit compared with MuJoCo's sysid toolbox; only if named, needs mujoco[sysid]",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
-SEEDED = (
+_SEEDED = [
     "outcomes",
     "hands-in-space",
     "soft-grasps",
@@ -64,8 +64,33 @@ SEEDED = (
     "fit-coverage",
     "fit-stick",
     "sysid",
-)
+]
 ONLY_IF_NAMED = ("soak", "reality", "sysid")
+
+
+class Option(NamedTuple):
+    """An option of the command line, which is passed to some parts.
+
+    Attributes:
+        kind: Converts its text.
+        metavar: Name of its value in the help.
+        words: Description.
+        parts: The parts that have it.
+    """
+
+    kind: Callable[[str], object]
+    metavar: str
+    words: str
+    parts: Sequence[str]
+
+
+OPTIONS = {
+    "seed": Option(int, "N", "draw other random runs", _SEEDED),
+    "minutes": Option(float, "N", "how long it lasts (default: 60)", ["soak"]),
+    "count": Option(int, "N", "how many soft grasps are drawn (default: 5000)", ["soft-grasps"]),
+    "cells": Option(Path, "FILE", "keep what is measured in this file", ["robustness"]),
+    "data": Option(Path, "DIR", "clone of DAIRLab/contact-nets", ["reality"]),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -79,23 +104,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if unknown := set(options.parts) - set(PARTS):
         parser.error(f"no part {', '.join(sorted(unknown))}; parts: {', '.join(PARTS)}")
     names = options.parts or [name for name in PARTS if name not in ONLY_IF_NAMED]
-    if options.seed is not None and not set(names) & set(SEEDED):
-        parser.error(f"--seed N is for {', '.join(SEEDED)}")
-    if options.minutes is not None and "soak" not in names:
-        parser.error("--minutes N is for soak")
-    if options.count is not None and "soft-grasps" not in names:
-        parser.error("--count N is for soft-grasps")
-    if (options.data is None) == ("reality" in names):
-        parser.error("--data DIR is for reality, which needs it")
-    if options.cells is not None and "robustness" not in names:
-        parser.error("--cells FILE is for robustness")
+    given = {name: value for name in OPTIONS if (value := getattr(options, name)) is not None}
+    for name in given:
+        if not set(names) & set(OPTIONS[name].parts):
+            parser.error(
+                f"--{name} {OPTIONS[name].metavar} is for {', '.join(OPTIONS[name].parts)}"
+            )
     prepare_kernel()
     setting, tables = _setting(), []
     print(format_text(setting))
     for name in names:
         start = time.perf_counter()
         part = import_module(f"benchmarks.{name.replace('-', '_')}")
-        found = part.run(options.docs, **_options_of(name, options))
+        own = {key: value for key, value in given.items() if name in OPTIONS[key].parts}
+        if name == "robustness":
+            own["docs"] = options.docs
+        found = part.run(**own)
         print(f"\n{name}: {PARTS[name]} ({time.perf_counter() - start:.0f} s)\n")
         print("\n\n".join(format_text(table) for table in found), flush=True)
         tables += found
@@ -104,16 +128,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             tables.append(setting)
         for page in dict.fromkeys(table.page for table in tables):
             update_page(options.docs / page, [table for table in tables if table.page == page])
-
-
-def _options_of(name: str, options: argparse.Namespace) -> dict[str, Any]:
-    """The command-line arguments that a part receives in addition to its output."""
-    seed = {"seed": options.seed} if name in SEEDED and options.seed is not None else {}
-    minutes = {"minutes": options.minutes} if name == "soak" and options.minutes else {}
-    count = {"count": options.count} if name == "soft-grasps" and options.count else {}
-    cells = {"cells": options.cells} if name == "robustness" else {}
-    data = {"data": options.data} if name == "reality" else {}
-    return seed | minutes | count | cells | data
+        draw_diagrams(options.docs, [table.name for table in tables])
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -129,22 +144,11 @@ def _parser() -> argparse.ArgumentParser:
         metavar="PART",
         help="one of the above; all but soak, reality and sysid if left out",
     )
-    parser.add_argument(
-        "--docs", type=Path, metavar="DIR", help="write tables and diagrams into this folder"
-    )
-    parser.add_argument(
-        "--seed", type=int, metavar="N", help=f"draw other random runs ({', '.join(SEEDED)})"
-    )
-    parser.add_argument(
-        "--minutes", type=float, metavar="N", help="how long soak lasts (default: 60)"
-    )
-    parser.add_argument(
-        "--count", type=int, metavar="N", help="how many soft grasps are drawn (default: 5000)"
-    )
-    parser.add_argument(
-        "--cells", type=Path, metavar="FILE", help="keep what robustness measures in this file"
-    )
-    parser.add_argument("--data", type=Path, metavar="DIR", help="clone of DAIRLab/contact-nets")
+    for name, option in OPTIONS.items():
+        words = f"{option.words} ({', '.join(option.parts)})"
+        parser.add_argument(f"--{name}", type=option.kind, metavar=option.metavar, help=words)
+    words = "write tables and diagrams into this folder"
+    parser.add_argument("--docs", type=Path, metavar="DIR", help=words)
     return parser
 
 

@@ -6,7 +6,6 @@ The runs are those of the studies ``docs/studies/assumptions-case-1.toml`` and `
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -55,23 +54,29 @@ class Choice(NamedTuple):
         return max(_effect(*pair) for pair in self.runs if pair is not None)
 
 
-def run(docs: Path | None = None) -> list[Table]:
-    """The table ``assumptions`` and its diagram, ordered by effect."""
+def run() -> list[Table]:
+    """The table ``assumptions``, ordered by effect."""
     choices = measure()
-    if docs is not None:
-        from benchmarks.charts import draw_assumptions, save
-
-        save(draw_assumptions(choices), docs / "images" / "assumptions.svg")
-    return [_tabulate(choices)]
+    heads = ["choice"]
+    for case in CASES:
+        heads += [f"case {'I' * case}: slip [mm]", "ends [s]", "rms error [mm]"]
+    first = [next(pair for c in choices if (pair := c.runs[k]) is not None)[0] for k in (0, 1)]
+    rows = [("as in the presets", *(cell for run in first for cell in _cells(run)))]
+    for choice in choices:
+        cells = (_cells(pair[1]) if pair else ("–",) * 3 for pair in choice.runs)
+        rows.append((choice.name, *(cell for group in cells for cell in group)))
+    return [Table("assumptions", tuple(heads), tuple(rows), page="assumptions.md")]
 
 
 def measure() -> list[Choice]:
     """Runs both studies; returns the choices in decreasing order of effect."""
     found: dict[str, dict[int, tuple[RunSummary, RunSummary]]] = {}
     for case in CASES:
-        default, *others = _runs_of(case)
-        for name, summary in others:
-            found.setdefault(name, {})[case] = (default[1], summary)
+        study = load_study(STUDIES / f"assumptions-case-{case}.toml")
+        indices = range(study.num_runs)
+        default, *others = simulate_many([study.scenario_of(i) for i in indices])
+        for i, summary in zip(indices[1:], others, strict=True):
+            found.setdefault(_name(study.values_of(i)), {})[case] = (default, summary)
     choices = [
         Choice(name, tuple(runs.get(case) for case in CASES)) for name, runs in found.items()
     ]
@@ -83,17 +88,7 @@ def longest_path(run: RunSummary) -> float:
     return max(run.metrics.slip_path)
 
 
-def _runs_of(case: int) -> Iterator[tuple[str, RunSummary]]:
-    study = load_study(STUDIES / f"assumptions-case-{case}.toml")
-    indices = range(study.num_runs)
-    summaries = simulate_many([study.scenario_of(i) for i in indices])
-    for i, summary in zip(indices, summaries, strict=True):
-        yield _name(study.values_of(i)), summary
-
-
 def _name(values: dict[str, object]) -> str:
-    if not values:
-        return ""
     key, value = next(iter(values.items()))
     text = TEXTS[key]
     if key.endswith("minimum"):
@@ -108,18 +103,6 @@ def _effect(default: RunSummary, other: RunSummary) -> float:
         return math.inf
     paths = [max(longest_path(run), SHORTEST) for run in (default, other)]
     return abs(math.log(paths[1] / paths[0]))
-
-
-def _tabulate(choices: list[Choice]) -> Table:
-    heads = ["choice"]
-    for case in CASES:
-        heads += [f"case {'I' * case}: slip [mm]", "ends [s]", "rms error [mm]"]
-    first = [next(pair for c in choices if (pair := c.runs[k]) is not None)[0] for k in (0, 1)]
-    rows = [("as in the presets", *(cell for run in first for cell in _cells(run)))]
-    for choice in choices:
-        cells = (_cells(pair[1]) if pair else ("–",) * 3 for pair in choice.runs)
-        rows.append((choice.name, *(cell for group in cells for cell in group)))
-    return Table("assumptions", tuple(heads), tuple(rows), page="assumptions.md")
 
 
 def _cells(run: RunSummary) -> tuple[str, str, str]:

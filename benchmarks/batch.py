@@ -6,7 +6,6 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -17,15 +16,8 @@ from slipgrasp import simulate_many
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario
 
-ROUNDS = 3
-COUNT = 200
 THREADS = 2
 TARGET, AIM = 10.0, 30.0
-
-
-def run(_docs: Path | None = None) -> list[Table]:
-    """The table ``batch``."""
-    return [compare_batches()]
 
 
 def vary(name: str, count: int, duration: float) -> Iterator[Scenario]:
@@ -49,8 +41,8 @@ def vary(name: str, count: int, duration: float) -> Iterator[Scenario]:
         )
 
 
-def compare_batches(count: int = COUNT, rounds: int = ROUNDS, duration: float = 7.0) -> Table:
-    """Runs per second of wall time, measured in turns.
+def run(count: int = 200, rounds: int = 3, duration: float = 7.0) -> list[Table]:
+    """The table ``batch``: runs per second of wall time, measured in turns.
 
     Args:
         count: Runs of a batch.
@@ -73,7 +65,7 @@ def compare_batches(count: int = COUNT, rounds: int = ROUNDS, duration: float = 
     outcome = f"{judge(seconds[theirs] / seconds[ours], TARGET, AIM)}."
     notes = (outcome, _outcomes(scenarios))
     heads = (f"{count} varied runs of {duration:g} s", "runs/s", "ratio")
-    return Table("batch", heads, rows, notes)
+    return [Table("batch", heads, rows, notes)]
 
 
 def _outcomes(scenarios: list[Scenario]) -> str:

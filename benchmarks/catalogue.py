@@ -7,6 +7,7 @@ import shutil
 import tempfile
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from benchmarks.report import Table
@@ -18,21 +19,26 @@ from slipgrasp.recordings.store.run_index import SMALL
 from slipgrasp.recordings.store.run_query import Condition, RunQuery
 from slipgrasp.recordings.store.store import RecordingStore
 
-ROUNDS = 15
-COUNT = 10_000
 PAGE = 100
+QUERIES = {
+    "newest first": RunQuery(limit=PAGE),
+    "by a metric, falling": RunQuery(limit=PAGE, sort="-slip_path_0"),
+    "by preset, tag, text and metric, sorted by name": RunQuery(
+        limit=PAGE,
+        preset="paper-case-1",
+        tags=("odd",),
+        text="RUN 1",
+        conditions=(Condition("slip_path_0", "<", 0.5),),
+        sort="name",
+    ),
+}
 POLL = 0.1
 LINKS = 60_000
 """Approximate limit of file systems for the number of names of a file."""
 
 
-def run(_docs: Path | None = None) -> list[Table]:
-    """The table ``catalogue``."""
-    return [measure_catalogue()]
-
-
-def measure_catalogue(rounds: int = ROUNDS, count: int = COUNT) -> Table:
-    """Processor time of searches in a folder, each for a page of 100 runs.
+def run(rounds: int = 15, count: int = 10_000) -> list[Table]:
+    """The table ``catalogue``: processor time of searches in a folder, each for a page of 100 runs.
 
     Args:
         rounds: Number of timings of each search.
@@ -45,20 +51,7 @@ def measure_catalogue(rounds: int = ROUNDS, count: int = COUNT) -> Table:
         enter_all(folder)
         kept = _seconds_of_first_listing(folder)
         store = RecordingStore(folder)
-        bound = Condition("slip_path_0", "<", 0.5)
-        queries = {
-            "newest first": RunQuery(limit=PAGE),
-            "by a metric, falling": RunQuery(limit=PAGE, sort="-slip_path_0"),
-            "by preset, tag, text and metric, sorted by name": RunQuery(
-                limit=PAGE,
-                preset="paper-case-1",
-                tags=("odd",),
-                text="RUN 1",
-                conditions=(bound,),
-                sort="name",
-            ),
-        }
-        works = {words: lambda query=query: store.find(query) for words, query in queries.items()}
+        works = {words: partial(store.find, query) for words, query in QUERIES.items()}
         seconds = median_seconds(works, rounds, time.process_time)
         store.close()
     rows = [
@@ -71,7 +64,7 @@ def measure_catalogue(rounds: int = ROUNDS, count: int = COUNT) -> Table:
         f"Folders of more than {SMALL} recordings are indexed in the background. "
         "Target: 300 ms with a catalogue."
     )
-    return Table("catalogue", (f"{count} recordings", "CPU [ms]"), table, (note,))
+    return [Table("catalogue", (f"{count} recordings", "CPU [ms]"), table, (note,))]
 
 
 def fill(folder: Path, count: int) -> None:

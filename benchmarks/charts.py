@@ -1,36 +1,262 @@
-"""The diagrams of the documentation, in the style of the figures of a run."""
+"""The diagrams of the documentation, drawn from its tables, in the style of the figures of a run.
+
+`python -m benchmarks.charts docs` draws all of them again.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from itertools import groupby
+import re
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator
 
-from benchmarks.assumptions import SHORTEST, Choice, longest_path
-from benchmarks.sampled import CHOSEN, FIFTH, SampledPoint
-from benchmarks.scaling import Scaling
-from benchmarks.timing import MILLISECONDS
-from benchmarks.work_precision import DRAKE, MUJOCO, OURS, Point
-from slipgrasp.core.scenario import SimulationParameters
-from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.figures.style import add_axes, new_figure, paint, paper_style
-from slipgrasp.recordings.palette import MUTED, PHASES, Rgb
+from benchmarks.report import read_table
+from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint, paper_style
+from slipgrasp.recordings.palette import MUTED
 
-_COLOURS: dict[str, Rgb] = {
-    OURS: PHASES[ContactPhase.STICK],
-    MUJOCO: PHASES[ContactPhase.SLIP_FORWARD],
-    DRAKE: MUTED,
-    "continuous": PHASES[ContactPhase.STICK],
-    "1 kHz": PHASES[ContactPhase.SLIP_FORWARD],
+Rows = list[list[str]]
+"""Heads and rows of a table."""
+
+_NUMBER = re.compile(r"[\d.]+(?:e[-+]\d+)?")
+_COLOURS = ("#005596", "#e66100", "#5d3a9b", "#1a8a5a", "#7a828c", "#c2185b")
+_NOT_HELD = "#c8ccd2"
+_MARGIN, _TITLE, _LABEL, _LEGEND = 14.0, 8.0, 12.0, 4.5  # [mm]
+
+
+class Panel(NamedTuple):
+    """One pair of axes with curves.
+
+    Attributes:
+        title: Its title.
+        across: Label of the horizontal axis.
+        curves: Points of each curve by name: x and y, perhaps with the bounds of y.
+        settings: Further properties of the axes.
+    """
+
+    title: str
+    across: str
+    curves: Mapping[str, Sequence[Sequence[float]]]
+    settings: Mapping[str, Any] = {}
+
+
+def draw_panels(panels: Sequence[Panel], height: float = 60.0) -> Figure:
+    """Panels side by side, each with a legend below.
+
+    Args:
+        panels: The panels.
+        height: Height of the axes [mm].
+    """
+    entries = max(len(panel.curves) for panel in panels)
+    step = (PAGE_WIDTH - 4.0) / len(panels)
+    with paper_style():
+        figure = new_figure(_TITLE + height + _LABEL + _LEGEND * entries)
+        for k, panel in enumerate(panels):
+            left = _MARGIN + k * step
+            axes = add_axes(figure, left, _TITLE, step - _MARGIN, height)
+            for index, (name, points) in enumerate(panel.curves.items()):
+                _draw_curve(axes, name, np.array(points), index)
+            axes.set_title(panel.title, loc="left", fontsize=8.5)
+            axes.set(xlabel=panel.across, **panel.settings)
+            axes.legend(loc="upper left", bbox_to_anchor=(0.0, -_LABEL / height))
+        return figure
+
+
+def _draw_curve(axes: Axes, name: str, points: np.ndarray, index: int) -> None:
+    x, y, *bounds = points.T
+    errors = np.abs(np.array(bounds) - y) if bounds else None
+    colour, line = _COLOURS[index % len(_COLOURS)], ("o-", "s--")[index % 2]
+    axes.errorbar(x, y, errors, fmt=line, color=colour, label=name, markersize=3, capsize=1.5)
+
+
+def by_columns(rows: Rows) -> dict[str, list[list[float]]]:
+    """One curve per column over the first one; intervals in brackets are bounds."""
+    heads, *rows = rows
+    return {
+        head: [[float(row[0]), *_numbers(row[k])[: 3 if "%" in row[k] else 1]] for row in rows]
+        for k, head in enumerate(heads)
+        if k > 0
+    }
+
+
+def by_labels(rows: Rows, x: int, y: int) -> dict[str, list[list[float]]]:
+    """One curve per label in the first column.
+
+    Args:
+        rows: The table.
+        x: Column of x.
+        y: Column of y.
+    """
+    curves: dict[str, list[list[float]]] = {}
+    for row in rows[1:]:
+        curves.setdefault(row[0], []).append([float(row[x]), float(row[y])])
+    return curves
+
+
+def _numbers(cell: str) -> list[float]:
+    return [float(number) for number in _NUMBER.findall(cell)]
+
+
+def draw_work_precision(rows: Rows) -> Figure:
+    """Error of the end of slip and of the end state over CPU time."""
+    axes = {"xscale": "log", "yscale": "log"}
+    titles = {3: "(a) error of the end of slip [s]", 4: "(b) error of the end state [m]"}
+    across = "CPU time of 0.3 s [ms]"
+    return draw_panels(
+        [Panel(title, across, by_labels(rows, 2, y), axes) for y, title in titles.items()], 78.0
+    )
+
+
+def draw_scaling(durations: Rows, fingers: Rows) -> Figure:
+    """CPU time of a run over its duration and over the number of fingers."""
+    return draw_panels(
+        [
+            Panel("(a) CPU time of case I", "simulated time [s]", by_columns(durations)),
+            Panel("(b) CPU time of 7 s", "fingers", by_columns(fingers)),
+        ]
+    )
+
+
+def draw_shares(*tables: Rows) -> Figure:
+    """Objects held over the first column of each table, with intervals."""
+    whole = {"ylim": (-3.0, 103.0)}
+    panels = [Panel("held objects [%]", t[0][0], by_columns(t), whole) for t in tables]
+    return draw_panels(panels, 70.0)
+
+
+def draw_assumptions(rows: Rows) -> Figure:
+    """Slip path of both cases, one row per choice; crosses are lost objects."""
+    (_, *preset), *choices = rows[1:]
+    with paper_style():
+        row, top = 4.2, 12.0
+        figure = new_figure(top + row * len(choices) + 12.0)
+        for column, (title, k) in enumerate((("(a) case I", 1), ("(b) case II", 4))):
+            axes = add_axes(figure, 74.0 + 54.0 * column, top, 48.0, row * len(choices))
+            default = float(preset[k - 1])
+            axes.axvline(default, color=paint(MUTED), linewidth=0.7)
+            for place, choice in enumerate(choices):
+                if choice[k] == "–":
+                    continue
+                path, lost = max(float(choice[k]), 0.01), "`" in choice[k + 1]
+                colour = _COLOURS[lost]
+                axes.plot([default, path], [place, place], color=colour, linewidth=0.9)
+                axes.plot(path, place, "X" if lost else "o", color=colour, markersize=3.5)
+            axes.set(xscale="log", xlim=(7e-3, 300.0), ylim=(len(choices) - 0.4, -0.6))
+            axes.set_xlabel("longest slip path [mm]")
+            axes.set_title(title, loc="left", fontsize=8.5)
+            axes.set_yticks(range(len(choices)), [choice[0] for choice in choices])
+            axes.tick_params(labelleft=column == 0, axis="y", length=0)
+        return figure
+
+
+def draw_laws(*tables: Rows) -> Figure:
+    """Objects held by every law in every world: tables without and with latency, by hand."""
+    with paper_style():
+        figure = Figure((12.0, 7.2), layout="constrained")
+        for k, axes in enumerate(figure.subplots(len(tables) // 2, 1)):
+            axes.set_title(f"{k + 2} fingers", loc="left", pad=20.0)
+            _draw_hand(axes, *tables[2 * k : 2 * k + 2])
+        return figure
+
+
+def _draw_hand(axes: Axes, prompt: Rows, late: Rows) -> None:
+    """One row per law, one column per world; with latency twice, without and with prediction."""
+    laws = prompt[0][1:]
+    worlds, shares = [], []
+    for words, (heads, *rows), suffix in (
+        ("no latency", prompt, ""),
+        ("latency, no prediction", late, ""),
+        ("latency, with prediction (grey: not offered)", late, ", predicts"),
+    ):
+        axes.axvline(len(worlds) - 0.5, color="white", linewidth=4.0)
+        axes.text(len(worlds) - 0.4, -0.65, words, fontsize=9)
+        for world, *cells in rows:
+            found = dict(zip(heads[1:], cells, strict=True))
+            worlds.append(world)
+            shares.append([_share(found.get(law + suffix, "")) for law in laws])
+    values = np.array(shares).T
+    for (row, column), value in np.ndenumerate(values):
+        if np.isfinite(value):
+            colour = "black" if value > 55.0 else "white"
+            place = {"ha": "center", "va": "center", "fontsize": 7.5}
+            axes.text(column, row, f"{value:.3g}", color=colour, **place)
+    axes.set_facecolor(_NOT_HELD)
+    image = axes.imshow(values, vmin=0.0, vmax=100.0, cmap="viridis", aspect="auto")
+    axes.figure.colorbar(image, ax=axes, label="held [%]")
+    axes.set_yticks(range(len(laws)), laws)
+    axes.set_xticks(range(len(worlds)), worlds, rotation=40, ha="right", fontsize=7.5)
+
+
+def _share(cell: str) -> float:
+    return _numbers(cell)[0] if cell else np.nan
+
+
+def draw_success_maps(sides: np.ndarray, maps: Mapping[str, np.ndarray]) -> Figure:
+    """Slip path over both friction coefficients, one map per law, side by side.
+
+    Args:
+        sides: Friction coefficients along both axes.
+        maps: Longest slip path [mm] of each law, ``(right, left)``; NaN if it is not held.
+    """
+    with paper_style():
+        figure = Figure((4.6 * len(maps) + 1.0, 4.6), layout="constrained")
+        axes = figure.subplots(1, len(maps), sharey=True, squeeze=False)[0]
+        extent = (sides[0], sides[-1], sides[0], sides[-1])
+        limits = {"norm": "log", "vmin": 0.03, "vmax": 60.0}
+        for axis, (law, values) in zip(axes, maps.items(), strict=True):
+            axis.imshow(values, origin="lower", extent=extent, cmap="viridis", **limits)
+            axis.set_facecolor(_NOT_HELD)
+            axis.set_title(f"{law}: {100.0 * np.isfinite(values).mean():.0f} % held")
+            axis.set_xlabel("friction of the left fingertip")
+        axes[0].set_ylabel("friction of the right fingertip")
+        label = "slip path where held [mm]; grey: lost"
+        figure.colorbar(axes[0].images[0], ax=axes, label=label, shrink=0.9)
+        return figure
+
+
+class Diagram(NamedTuple):
+    """A diagram of the documentation.
+
+    Attributes:
+        page: The page with its tables.
+        tables: Names of the tables.
+        draw: Draws it from their rows.
+    """
+
+    page: str
+    tables: tuple[str, ...]
+    draw: Callable[..., Figure]
+
+
+_WORLDS = ("robustness-two", "robustness-two-late", "robustness-three", "robustness-three-late")
+DIAGRAMS = {
+    "assumptions.svg": Diagram("assumptions.md", ("assumptions",), draw_assumptions),
+    "claims.png": Diagram("robustness.md", ("claim-1", "claim-2"), draw_shares),
+    "robustness.png": Diagram("robustness.md", _WORLDS, draw_laws),
+    "robustness-sweeps.png": Diagram(
+        "robustness.md", ("robustness-noise", "robustness-latency"), draw_shares
+    ),
+    "scaling.svg": Diagram("benchmarks.md", ("scaling-duration", "scaling-fingers"), draw_scaling),
+    "work-precision.svg": Diagram("benchmarks.md", ("work-precision",), draw_work_precision),
 }
-_NAME_OFFSETS = {OURS: (6.0, 10.0), MUJOCO: (8.0, 7.0), DRAKE: (8.0, 7.0)}  # [pt]
-_DEFAULT_TOLERANCE = SimulationParameters().relative_tolerance
+
+
+def draw_diagrams(docs: Path, changed: Iterable[str]) -> None:
+    """Draws the diagrams with a changed table.
+
+    Args:
+        docs: Folder of the documentation.
+        changed: Names of the changed tables.
+    """
+    names = set(changed)
+    for image, diagram in DIAGRAMS.items():
+        if names & set(diagram.tables):
+            tables = [read_table(docs / diagram.page, name) for name in diagram.tables]
+            save(diagram.draw(*tables), docs / "images" / image)
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -40,183 +266,5 @@ def save(figure: Figure, path: Path) -> None:
         figure.savefig(path, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
-def draw_work_precision(points: Sequence[Point]) -> Figure:
-    """Error of the end of slip and of the end state over CPU time."""
-    with paper_style():
-        figure = new_figure(98.0)
-        errors = ("event", "state")
-        words = ("(a) error of the end of slip [s]", "(b) error of the end state [m]")
-        for column, (error, title) in enumerate(zip(errors, words, strict=True)):
-            axes = add_axes(figure, 14.0 + 88.0 * column, 7.0, 74.0, 78.0)
-            axes.set(xscale="log", yscale="log", xlim=(0.6, 8e3), ylim=(1e-15, 1e-1))
-            axes.set_xlabel("CPU time of 0.3 s [ms]")
-            axes.set_title(title, loc="left", fontsize=8.5)
-            axes.xaxis.set_major_formatter(_plain)
-            _draw_curves(axes, points, error)
-            _draw_legend(axes)
-        return figure
-
-
-def draw_sampled(points: Sequence[SampledPoint]) -> Figure:
-    """Error of the final pose over CPU time, one curve per case and method."""
-    with paper_style():
-        figure = new_figure(90.0)
-        cases = sorted({point.case for point in points})
-        for column, case in enumerate(cases):
-            axes = add_axes(figure, 14.0 + 42.0 * column, 7.0, 33.0, 70.0)
-            axes.set(yscale="log", ylim=(1e-16, 1e-8))
-            axes.set_xlabel("CPU time [ms]")
-            axes.set_title(case, loc="left", fontsize=8.5)
-            for way, style in ((CHOSEN, "o-"), (FIFTH, "s--")):
-                curve = [point for point in points if (point.case, point.way) == (case, way)]
-                times = [MILLISECONDS * point.seconds for point in curve]
-                axes.plot(times, [point.pose for point in curve], style, label=way, markersize=3)
-            axes.legend()
-        return figure
-
-
-def draw_scaling(durations: Scaling, fingers: Scaling) -> Figure:
-    """CPU time of a run over its duration and over the number of fingers."""
-    with paper_style():
-        figure = new_figure(78.0)
-        left = add_axes(figure, 14.0, 7.0, 74.0, 59.0)
-        left.set_xlabel("simulated time [s]")
-        left.set_title("(a) CPU time of case I [ms]", loc="left", fontsize=8.5)
-        _draw_cost(left, durations, {"continuous": (-2, -2.0, 10.0), "1 kHz": (-2, -2.0, 8.0)})
-        left.set(xlim=(0.0, None), ylim=(0.0, None))
-        _draw_fingers(add_axes(figure, 102.0, 7.0, 74.0, 59.0), fingers)
-        return figure
-
-
-def _draw_fingers(axes: Axes, fingers: Scaling) -> None:
-    """Makes both axes logarithmic, so that powers are straight lines."""
-    axes.set(xscale="log", yscale="log", xlim=(1.9, 6.6), xlabel="fingers $n$")
-    axes.set_title("(b) CPU time of 7 s [ms]", loc="left", fontsize=8.5)
-    _draw_cost(axes, fingers, {"continuous": (2, 2.0, -12.0), "1 kHz": (1, -2.0, 8.0)})
-    _draw_guide(axes, fingers, 1, "$n$")
-    _draw_guide(axes, fingers, 3, "$n^3$")
-    axes.set_xticks(fingers.sizes, [f"{size:g}" for size in fingers.sizes])
-    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.yaxis.set_major_formatter(_plain)
-    axes.minorticks_off()
-
-
-def _draw_curves(axes: Axes, points: Sequence[Point], error: str) -> None:
-    first_case = points[0].case
-    for (engine, case), group in groupby(points, lambda point: (point.engine, point.case)):
-        curve = list(group)
-        places = [(MILLISECONDS * point.seconds, getattr(point, error)) for point in curve]
-        colour = paint(_COLOURS[engine])
-        filled = case == first_case
-        axes.plot(
-            *zip(*places, strict=True),
-            color=colour,
-            marker="o" if filled else "s",
-            markersize=3.5,
-            markerfacecolor=colour if filled else "white",
-            linestyle="-" if filled else "--",
-        )
-        if filled:
-            _name_settings(axes, curve, places)
-            _write(axes, engine, places[0], _NAME_OFFSETS[engine], colour, size=9.0)
-
-
-def _draw_legend(axes: Axes) -> None:
-    """The legend of both cases; the engines are named next to their curves."""
-    marks = {"case I": ("o", "black", "-"), "case II": ("s", "white", "--")}
-    handles = [
-        Line2D([], [], color="black", marker=marker, markersize=3.5, markerfacecolor=face, ls=line)
-        for marker, face, line in marks.values()
-    ]
-    axes.legend(handles, list(marks), loc="lower right", borderaxespad=1.0)
-
-
-def _name_settings(axes: Axes, curve: list[Point], places: list[tuple[float, float]]) -> None:
-    """The setting of the first and the last point, and of our default."""
-    for point, place in zip(curve, places, strict=True):
-        colour = paint(_COLOURS[point.engine])
-        if point.engine == OURS:
-            default = ", the default" if point.setting == _DEFAULT_TOLERANCE else ""
-            exponent = round(math.log10(point.setting))
-            if default or point in (curve[0], curve[-1]):
-                words = f"tolerance $10^{{{exponent}}}${default}"
-                _write(axes, words, place, (6, -2.5), colour)
-        elif point in (curve[0], curve[-1]):
-            side = -6 if point is curve[0] else 6
-            _write(axes, f"{1e3 * point.setting:g} ms", place, (side, -2.5), colour)
-
-
-def _write(
-    axes: Axes,
-    words: str,
-    place: tuple[float, float],
-    offset: tuple[float, float],
-    colour: tuple[float, float, float],
-    size: float = 7.0,
-) -> None:
-    """Text next to a point: on its left if the offset [pt] is negative."""
-    axes.annotate(
-        words,
-        place,
-        offset,
-        textcoords="offset points",
-        ha="right" if offset[0] < 0 else "left",
-        fontsize=size,
-        color=colour,
-    )
-
-
-def _draw_cost(axes: Axes, scaling: Scaling, labels: dict[str, tuple[int, float, float]]) -> None:
-    """Both curves; a label gives the index of its point and its offset from it [pt]."""
-    for control, (index, *offset) in labels.items():
-        places = _places(scaling, control)
-        colour = paint(_COLOURS[control])
-        axes.plot(*zip(*places, strict=True), color=colour, marker="o", markersize=3.5)
-        _write(axes, f"{control} control", places[index], (offset[0], offset[1]), colour, size=8.5)
-
-
-def _draw_guide(axes: Axes, scaling: Scaling, power: int, name: str) -> None:
-    """The cost of the first continuous run, extrapolated with a power."""
-    size, cost = _places(scaling, "continuous")[0]
-    ends = [(size, cost), (scaling.sizes[-1], cost * (scaling.sizes[-1] / size) ** power)]
-    grey = paint(MUTED)
-    axes.plot(*zip(*ends, strict=True), color=grey, linewidth=0.7, linestyle=":", zorder=0)
-    _write(axes, name, ends[-1], (3, -2.5), grey, size=8.5)
-
-
-def _places(scaling: Scaling, control: str) -> list[tuple[float, float]]:
-    costs = [MILLISECONDS * seconds for seconds in scaling.seconds[control]]
-    return list(zip(scaling.sizes, costs, strict=True))
-
-
-def _plain(value: float, _position: float) -> str:
-    return f"{value:g}"
-
-
-def draw_assumptions(choices: Sequence[Choice]) -> Figure:
-    """Slip path of both cases, one row per choice, the largest effect on top."""
-    with paper_style():
-        row, top = 4.2, 12.0
-        figure = new_figure(top + row * len(choices) + 12.0)
-        for column, words in enumerate(("(a) case I", "(b) case II")):
-            height = row * len(choices)
-            axes = add_axes(figure, 74.0 + 54.0 * column, top, 48.0, height)
-            _draw_choices(axes, choices, column)
-            axes.set_title(words, loc="left", fontsize=8.5)
-            axes.set_yticks(range(len(choices)), [choice.name for choice in choices])
-            axes.tick_params(labelleft=column == 0, axis="y", length=0)
-        return figure
-
-
-def _draw_choices(axes: Axes, choices: Sequence[Choice], column: int) -> None:
-    pairs = [(k, pair) for k, c in enumerate(choices) if (pair := c.runs[column]) is not None]
-    default = 1e3 * longest_path(pairs[0][1][0])
-    axes.axvline(default, color=paint(MUTED), linewidth=0.7)
-    for place, (_, other) in pairs:
-        path = 1e3 * max(longest_path(other), SHORTEST)
-        held = other.metrics.held
-        colour = paint(PHASES[ContactPhase.STICK if held else ContactPhase.SLIP_FORWARD])
-        axes.plot([default, path], [place, place], color=colour, linewidth=0.9)
-        axes.plot(path, place, "o" if held else "X", color=colour, markersize=3.5)
-    axes.set(xscale="log", xlim=(7e-3, 300.0), ylim=(len(choices) - 0.4, -0.6))
-    axes.set_xlabel("longest slip path [mm]")
+if __name__ == "__main__":
+    draw_diagrams(Path(sys.argv[1]), [name for each in DIAGRAMS.values() for name in each.tables])

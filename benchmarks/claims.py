@@ -7,18 +7,15 @@ other laws in `benchmarks.robustness_gains`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.report import Table
-from benchmarks.robustness import COUNT
+from benchmarks.report import Table, table_of_columns
+from benchmarks.robustness import COUNT, TUNED, hold_at_best
 from benchmarks.robustness_gains import GAINS, Result
-from benchmarks.robustness_hands import MORE_SETTINGS, hand_of
-from benchmarks.robustness_start import TUNED, hold_at_best
 from benchmarks.robustness_tables import describe
-from benchmarks.robustness_worlds import SETTINGS, noisy_motion
+from benchmarks.robustness_worlds import MORE_SETTINGS, SETTINGS, hand_of, noisy_motion
 from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import make_record
 from slipgrasp.core.kernel.planar.flow import update_mechanics
@@ -73,37 +70,25 @@ HANDS: dict[str, tuple[int, dict[str, float]]] = {
 Series = Mapping[str, Sequence[Result]]
 
 
-def run(docs: Path | None = None) -> list[Table]:
-    """The tables ``claim-1``, ``claim-2`` and ``claim-hands``, and their diagram."""
-    # That module imports this one.
-    from benchmarks.claims_chart import draw_claims
-
-    delay, noise = measure_switching(), measure_noise()
+def run() -> list[Table]:
+    """The tables ``claim-1``, ``claim-2`` and ``claim-hands``."""
     expected = noise_that_fails(load_scenario("composite-case-2"))
-    if docs is not None:
-        draw_claims(delay, noise, expected, docs / "images" / "claims.png")
+    note = (
+        f"Errors of the object's vertical row reach {EXPECTED:g} N at {1e3 * expected:.2f} mm/s, "
+        f"and {SIGMAS:g} times that at {1e3 * SIGMAS * expected:.2f} mm/s."
+    )
+    latencies, noises = ([f"{1e3 * x:g}" for x in values] for values in (LATENCIES, NOISES))
     return [
-        _tabulate("claim-1", "latency [ms]", [f"{1e3 * t:g}" for t in LATENCIES], delay),
-        _tabulate(
-            "claim-2",
-            "velocity noise [mm/s]",
-            [f"{1e3 * v:g}" for v in NOISES],
-            noise,
-            (
-                f"Errors of the object's vertical row reach {EXPECTED:g} N at "
-                f"{1e3 * expected:.2f} mm/s, and {SIGMAS:g} times that at "
-                f"{1e3 * SIGMAS * expected:.2f} mm/s.",
-            ),
-        ),
+        _tabulate("claim-1", "latency [ms]", latencies, measure_switching()),
+        _tabulate("claim-2", "velocity noise [mm/s]", noises, measure_noise(), note),
         _tabulate("claim-hands", "hand", list(HANDS), measure_hands()),
     ]
 
 
 def measure_switching(count: int = FEWER, tuned: int = TUNED) -> Series:
     """Latency with and without a torque that switches on the phase estimate; best gains."""
-    worlds = [{"controller.latency": latency} for latency in LATENCIES]
     return {
-        name: [_hold({**values, **world}, count, tuned) for world in worlds]
+        name: [_hold({**values, "controller.latency": t}, count, tuned) for t in LATENCIES]
         for name, values in SWITCHING.items()
     }
 
@@ -118,21 +103,21 @@ def measure_noise(count: int = COUNT) -> Series:
 
 def measure_hands(count: int = FEWER, tuned: int = TUNED) -> Series:
     """Both claims with more fingers, and with models that do not match."""
-    late = {"controller.latency": LATENCY}
-    found: dict[str, list[Result]] = {}
+    late, noisy = {"controller.latency": LATENCY}, noisy_motion(NOISE)
+    claims = [
+        (f"{1e3 * LATENCY:g} ms: {name}", {**SWITCHING[name], **late}, tuned)
+        for name in (SWITCHES, HOLDS)
+    ]
+    claims += [
+        (f"{1e3 * NOISE:g} mm/s: {name}", {**AWARE[name], **noisy}, 0)
+        for name in (UNAWARE_OF_NOISE, AWARE_OF_NOISE)
+    ]
+    found: dict[str, list[Result]] = {name: [] for name, _, _ in claims}
     for n, model in HANDS.values():
         base = load_scenario("composite-case-2") if n == 2 else hand_of(n)
         more = {**model, **(MORE_SETTINGS if n > 2 else {})}
-        for name in (SWITCHES, HOLDS):
-            values = {**SWITCHING[name], **more, **late}
-            found.setdefault(f"{1e3 * LATENCY:g} ms: {name}", []).append(
-                _hold(values, count, tuned, base)
-            )
-        for name in (UNAWARE_OF_NOISE, AWARE_OF_NOISE):
-            values = {**AWARE[name], **more, **noisy_motion(NOISE)}
-            found.setdefault(f"{1e3 * NOISE:g} mm/s: {name}", []).append(
-                _hold(values, count, base=base)
-            )
+        for name, values, tried in claims:
+            found[name].append(_hold({**values, **more}, count, tried, base))
     return found
 
 
@@ -167,17 +152,11 @@ def noise_that_fails(scenario: Scenario) -> float:
     return float(EXPECTED / (per_noise * np.linalg.norm(row)))
 
 
-def _tabulate(
-    name: str, head: str, labels: Sequence[str], series: Series, notes: tuple[str, ...] = ()
-) -> Table:
-    rows = tuple(
-        (label, *(_describe_point(points[k]) for points in series.values()))
-        for k, label in enumerate(labels)
-    )
+def _tabulate(name: str, head: str, labels: Sequence[str], series: Series, *notes: str) -> Table:
+    columns = {
+        column: [f"{describe(p)}; {1e3 * p.median:.2f}/{1e3 * p.worst:.1f}" for p in points]
+        for column, points in series.items()
+    }
     count = next(iter(series.values()))[0].count
     legend = f"{count} objects: held (95 % interval), gains K_p/K_v; slip path, median/worst [mm]."
-    return Table(name, (head, *series), rows, (legend, *notes), PAGE)
-
-
-def _describe_point(point: Result) -> str:
-    return f"{describe(point)}; {1e3 * point.median:.2f}/{1e3 * point.worst:.1f}"
+    return table_of_columns(name, head, labels, columns, (legend, *notes), PAGE)

@@ -7,22 +7,21 @@ import pickle
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from benchmarks.report import Table
-from benchmarks.study import make_study
+from benchmarks.study import make_study, write_study
 from benchmarks.timing import MILLISECONDS, median_seconds
 from slipgrasp.core.executors import Executor, Finished, make_executor
 from slipgrasp.core.executors.inline import InlineExecutor
 from slipgrasp.core.study.definition import MAX_RUNS, Study
-from slipgrasp.recordings.study.scheduler import schedule_runs
-from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
+from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK
 
 PAGE = "scaling.md"
-ROUNDS = 3
-COUNT = 600
-EMPTY_TASKS = 1000
+ONE_WORKER, DASK = "1 worker process", "Dask, 2 workers"
 CLUSTERS = (2, 16, 128, 1024)
 LARGE = 10**9
 
@@ -47,13 +46,13 @@ class Costs(NamedTuple):
     row: float
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``study-cost``, ``study-engines`` and ``study-clusters`` of scaling.md."""
     costs = measure_costs()
     return [_tabulate_costs(costs), _tabulate_engines(costs), project(costs)]
 
 
-def measure_costs(count: int = COUNT, rounds: int = ROUNDS, empty: int = EMPTY_TASKS) -> Costs:
+def measure_costs(count: int = 600, rounds: int = 3, empty: int = 1000) -> Costs:
     """Costs of a study, and rates of all executors, measured in turns.
 
     Args:
@@ -64,21 +63,19 @@ def measure_costs(count: int = COUNT, rounds: int = ROUNDS, empty: int = EMPTY_T
     study = make_study(count)
     engines = {
         "in one process": InlineExecutor(),
-        "1 worker process": make_executor("processes", workers=1),
+        ONE_WORKER: make_executor("processes", workers=1),
         "2 worker processes": make_executor("processes", workers=2),
-        "Dask, 2 workers": make_executor("dask", workers=2),
+        DASK: make_executor("dask", workers=2),
     }
-    try:
+    with ExitStack() as opened:
         for engine in engines.values():
+            opened.enter_context(engine)
             engine.prepare()
-        worker, scheduler, row = measure_costs_of_a_run(study, rounds)
-        works = {name: _scheduling(study, engine) for name, engine in engines.items()}
+        works = {name: partial(_size_of_study, study, each) for name, each in engines.items()}
         seconds = median_seconds(works, rounds, time.perf_counter)
-        idle = {name: _passing(engine, empty) for name, engine in engines.items()}
+        worker, scheduler, row = measure_costs_of_a_run(study, rounds)
+        idle = {name: partial(_pass_tasks, each, empty) for name, each in engines.items()}
         passed = median_seconds(idle, rounds, time.perf_counter)
-    finally:
-        for engine in engines.values():
-            engine.close()
     rates = {name: count / own for name, own in seconds.items()}
     tasks = {name: empty / own for name, own in passed.items()}
     return Costs(worker, scheduler, rates, tasks, row)
@@ -92,21 +89,21 @@ def measure_costs_of_a_run(study: Study, rounds: int) -> tuple[float, float, flo
         rounds: Number of timings of each.
     """
     collector = _Collector()
-    size = _scheduling(study, collector)()
+    size = _size_of_study(study, collector)
+    replay = _Replay(collector.packed)
     works = {
-        "all": _scheduling(study, collector),
-        "scheduler": _scheduling(study, _Replay(collector.packed)),
+        "all": partial(_size_of_study, study, collector),
+        "scheduler": partial(_size_of_study, study, replay),
     }
     seconds = median_seconds(works, rounds)
-    count = study.num_runs
     worker = seconds["all"] - seconds["scheduler"]
-    return worker / count, seconds["scheduler"] / count, size / count
+    return worker / study.num_runs, seconds["scheduler"] / study.num_runs, size / study.num_runs
 
 
 def project(costs: Costs) -> Table:
     """The calculated duration of studies on clusters."""
-    of_worker = costs.rates["1 worker process"]
-    of_scheduler = min(1.0 / costs.scheduler, RUNS_PER_CHUNK * costs.tasks["Dask, 2 workers"])
+    of_worker = costs.rates[ONE_WORKER]
+    of_scheduler = min(1.0 / costs.scheduler, RUNS_PER_CHUNK * costs.tasks[DASK])
     rows = tuple(_project_row(number, of_worker, of_scheduler) for number in CLUSTERS)
     small, large = MAX_RUNS * costs.row / 1e6, LARGE * costs.row / 1e9
     notes = (
@@ -153,7 +150,7 @@ def _tabulate_costs(costs: Costs) -> Table:
 
 
 def _tabulate_engines(costs: Costs) -> Table:
-    one = costs.rates["1 worker process"]
+    one = costs.rates[ONE_WORKER]
     rows = tuple(
         (name, f"{rate:.0f}", f"{rate / one:.2f}", f"{costs.tasks[name]:.0f}")
         for name, rate in costs.rates.items()
@@ -200,41 +197,19 @@ class _Collector(InlineExecutor):
             yield done
 
 
-def _scheduling(study: Study, executor: Executor) -> Callable[[], int]:
-    """What does a study and gives the size of its file."""
-
-    def schedule_study() -> int:
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "study.mcap"
-            with StudyWriter(file, study) as writer:
-                end = schedule_runs(
-                    study,
-                    executor,
-                    writer,
-                    should_stop=_never,
-                    watch=lambda row: None,
-                    keep=lambda member: None,
-                )
-                writer.finish(end)
-            assert end.state == "completed"
-            return file.stat().st_size
-
-    return schedule_study
+def _size_of_study(study: Study, executor: Executor) -> int:
+    """Executes a study, and returns the size of its file."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "study.mcap"
+        write_study(study, executor, file)
+        return file.stat().st_size
 
 
-def _passing(executor: Executor, count: int) -> Callable[[], None]:
-    """A function that executes empty tasks with an executor."""
-
-    def pass_tasks() -> None:
-        done = executor.map(_do_nothing, range(count), should_stop=_never)
-        assert sum(1 for _ in done) == count
-
-    return pass_tasks
+def _pass_tasks(executor: Executor, count: int) -> None:
+    """Executes empty tasks."""
+    done = executor.map(_do_nothing, range(count), should_stop=lambda: False)
+    assert sum(1 for _ in done) == count
 
 
 def _do_nothing(task: int, should_stop: Callable[[], bool]) -> int:
     return task
-
-
-def _never() -> bool:
-    return False

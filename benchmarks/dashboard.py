@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,64 +14,41 @@ from benchmarks.dashboard_page import measure_edits
 from benchmarks.dashboard_viewers import come_and_go, watch
 from benchmarks.processes import memory_of, processor_time_of
 from benchmarks.report import Table
+from benchmarks.service import Service, serve
 from benchmarks.timing import MILLISECONDS
 from slipgrasp.server.memory import LOOK_SECONDS
 
 PRESET, IN_SPACE = "paper-case-2", "spatial-prism"
-EDITS = 50
-VIEWERS = 20
-CONNECTS = 500
 _WARM_UP = 60
 _FIRST, _SETTLE, _WATCH = 3.0, 10.0, 15.0
-_AFTER_LAST = 3.0 * LOOK_SECONDS
 
 
-class Served(NamedTuple):
-    """A dashboard in a separate process."""
-
-    process: int
-    port: int
-
-    @property
-    def page(self) -> str:
-        """Address of its page."""
-        return f"http://127.0.0.1:{self.port}/"
-
-    @property
-    def socket(self) -> str:
-        """Address of its websocket."""
-        return f"ws://127.0.0.1:{self.port}/"
-
-
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``dashboard-edits``, ``dashboard-viewers`` and ``dashboard-memory``."""
     return [tabulate_edits(), tabulate_viewers(), tabulate_memory()]
 
 
-def tabulate_edits(edits: int = EDITS) -> Table:
+def tabulate_edits(edits: int = 50) -> Table:
     """Time from a key press on a slider to the last message of its run.
 
     Args:
         edits: Number of edits.
     """
-    rows = [row for preset in (PRESET, IN_SPACE) for row in _edit_rows(preset, edits)]
+    rows = []
+    for preset in (PRESET, IN_SPACE):
+        with serve_dashboard(preset) as served:
+            come_and_go(served.socket, 1)
+            times = MILLISECONDS * np.array(measure_edits(served.url, edits))
+        for q in (50, 95):
+            cells = (f"{time:.0f}" for time in np.percentile(times, q, axis=0))
+            rows.append((f"{preset}, {q}th percentile", *cells))
     note = "Chromium, 1440 x 900, rendered without a graphics card."
     heads = (f"{edits} edits of the mass", "message in the page [ms]", "taken by the page [ms]")
     return Table("dashboard-edits", heads, tuple(rows), (note,))
 
 
-def _edit_rows(preset: str, edits: int) -> Iterator[tuple[str, ...]]:
-    with serve_dashboard(preset) as served:
-        come_and_go(served.socket, 1)
-        found = measure_edits(served.page, edits)
-    both = [e.arrived for e in found], [e.handled for e in found]
-    for q in (50, 95):
-        times = (f"{MILLISECONDS * np.percentile(times, q):.0f}" for times in both)
-        yield f"{preset}, {q}th percentile", *times
-
-
 def tabulate_viewers(
-    counts: tuple[int, ...] = (1, 5, VIEWERS), counts_in_space: tuple[int, ...] = (1, 5)
+    counts: tuple[int, ...] = (1, 5, 20), counts_in_space: tuple[int, ...] = (1, 5)
 ) -> Table:
     """Update rate, age and cost while viewers watch the playback of a run.
 
@@ -99,12 +73,12 @@ def tabulate_viewers(
     return Table("dashboard-viewers", heads, tuple(rows))
 
 
-def _watch_row(served: Served, count: int) -> tuple[str, ...]:
-    settle, before, memory = _SETTLE + 0.5 * count, memory_of(served.process), [0]
+def _watch_row(served: Service, count: int) -> tuple[str, ...]:
+    settle, before, memory = _SETTLE + 0.5 * count, memory_of(served.process.pid), [0]
 
     def look() -> float:
-        memory.append(memory_of(served.process))
-        return processor_time_of(served.process)
+        memory.append(memory_of(served.process.pid))
+        return processor_time_of(served.process.pid)
 
     seen, worked = watch(served.socket, count, settle, _WATCH, look)
     ages = np.concatenate([one.ages for one in seen])
@@ -117,17 +91,19 @@ def _watch_row(served: Served, count: int) -> tuple[str, ...]:
     )
 
 
-def tabulate_memory(connects: int = CONNECTS) -> Table:
+def tabulate_memory(connects: int = 500) -> Table:
     """Memory after many viewers have connected and disconnected.
 
     Args:
         connects: Number of connections.
     """
+    memory = []
     with serve_dashboard() as served:
-        come_and_go(served.socket, _WARM_UP)
-        before = _memory_at_rest(served)
-        come_and_go(served.socket, connects)
-        after = _memory_at_rest(served)
+        for times in (_WARM_UP, connects):
+            come_and_go(served.socket, times)
+            time.sleep(3.0 * LOOK_SECONDS)
+            memory.append(memory_of(served.process.pid))
+    before, after = memory
     rows = (
         (f"after {_WARM_UP} viewers that came and went", f"{before / 1e6:.0f}", ""),
         (f"after {connects} more", f"{after / 1e6:.0f}", f"{100 * (after / before - 1):+.1f} %"),
@@ -135,30 +111,13 @@ def tabulate_memory(connects: int = CONNECTS) -> Table:
     return Table("dashboard-memory", ("memory of the server", "MB", "change"), rows)
 
 
-def _memory_at_rest(served: Served) -> int:
-    time.sleep(_AFTER_LAST)
-    return memory_of(served.process)
-
-
 @contextmanager
-def serve_dashboard(preset: str = PRESET) -> Iterator[Served]:
+def serve_dashboard(preset: str = PRESET) -> Iterator[Service]:
     """A context with a dashboard that has a separate data folder.
 
     Args:
         preset: Initial preset.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "benchmarks.dashboard_server", folder, preset],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert process.stdin is not None
-        assert process.stdout is not None
-        try:
-            yield Served(process.pid, int(process.stdout.readline()))
-        finally:
-            process.stdin.close()
-            process.wait()
-            process.stdout.close()
+    program = ("benchmarks.dashboard_server", preset)
+    with tempfile.TemporaryDirectory() as folder, serve(Path(folder), program) as service:
+        yield service

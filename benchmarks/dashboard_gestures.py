@@ -8,15 +8,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
+from benchmarks.browser import new_page, open_browser, open_dashboard
 from benchmarks.dashboard import IN_SPACE, serve_dashboard
 from benchmarks.dashboard_viewers import come_and_go
 from benchmarks.report import Table, format_text
 from benchmarks.timing import MILLISECONDS
 from slipgrasp import load_scenario, simulate, with_values
 from slipgrasp.web.session import FIRST_PRESET
-from tests.ensure_programs import FLAGS, find_chromium
 
 MOVES = 120
 DRAGS = 200
@@ -24,7 +24,6 @@ _SCRUBS = 40
 _FORCES = (0.1, 10.0)  # [N]
 _AT_ONCE = 0.1  # [s]
 
-_PATIENCE = 60_000
 _MOVE_MS = 25
 _FAR = 90.0  # [px]
 _SETTLE_MS = 1500
@@ -89,7 +88,13 @@ _FOLLOW = """() => {
 
 def tabulate_gestures() -> Table:
     """Pictures while the object is pulled, and time from the timeline to the picture."""
-    rows = tuple(_gestures_row(preset) for preset in (FIRST_PRESET, IN_SPACE))
+    rows = []
+    for preset in (FIRST_PRESET, IN_SPACE):
+        with serve_dashboard(preset) as served:
+            come_and_go(served.socket, 1)
+            (rate, share), delays = _measure_page(served.url)
+        times = (f"{MILLISECONDS * np.percentile(delays, q):.0f}" for q in (50, 95))
+        rows.append((preset, f"{rate:.1f}", f"{100.0 * share:.0f}", *times))
     heads = (
         "preset",
         "pictures/s while pulling",
@@ -101,32 +106,17 @@ def tabulate_gestures() -> Table:
         "Chromium, 1440 x 900, rendered without a graphics card, which lowers the resolution from "
         "0.5 to 0.4 pixels per pixel of the page while the mouse is pressed."
     )
-    return Table("dashboard-gestures", heads, rows, (note,))
-
-
-def _gestures_row(preset: str) -> tuple[str, ...]:
-    with serve_dashboard(preset) as served:
-        come_and_go(served.socket, 1)
-        (rate, share), delays = _measure_page(served.page)
-    times = (f"{MILLISECONDS * np.percentile(delays, q):.0f}" for q in (50, 95))
-    return (preset, f"{rate:.1f}", f"{100.0 * share:.0f}", *times)
+    return Table("dashboard-gestures", heads, tuple(rows), (note,))
 
 
 def _measure_page(url: str) -> tuple[tuple[float, float], list[float]]:
     """Pictures while pulling, and times from the timeline to the picture [s]."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(FLAGS))
-        page = browser.new_page(viewport={"width": 1440, "height": 900})
-        page.set_default_timeout(_PATIENCE)
-        page.goto(f"{url}?fixedDpr=0.5")
-        page.get_by_text("Saved as").wait_for()
-        page.get_by_role("button", name="Pause", exact=True).click()
-        page.get_by_role("button", name="Play", exact=True).wait_for()
+    with open_browser() as browser:
+        page = new_page(browser)
+        open_dashboard(page, f"{url}?fixedDpr=0.5")
         delays = measure_scrub(page, _SCRUBS)
         page.wait_for_timeout(_SETTLE_MS)
-        pulled = measure_pulling(page, MOVES)
-        browser.close()
-    return pulled, delays
+        return measure_pulling(page, MOVES), delays
 
 
 def tabulate_drags(count: int = DRAGS, seed: int = 1) -> Table:

@@ -8,16 +8,15 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from playwright.sync_api import Browser, BrowserContext, sync_playwright
+from playwright.sync_api import Browser, Page
 
+from benchmarks.browser import new_page, open_browser
 from benchmarks.dashboard import PRESET, serve_dashboard
 from benchmarks.dashboard_viewers import come_and_go
-from benchmarks.headless_viewer import HeadlessViewer, session_state
+from benchmarks.headless_viewer import HeadlessViewer, content_of, session_state
 from benchmarks.report import Table, format_text
-from tests.ensure_programs import FLAGS, find_chromium
 
 ROUNDS = 5
-_PATIENCE = 60_000
 _STARTED = "window.sgAt !== undefined"
 # The next frame begins once the picture is on the screen.
 _WATCH = """addEventListener('DOMContentLoaded', () => new MutationObserver(() => {
@@ -47,12 +46,10 @@ def tabulate_opening(rounds: int = ROUNDS) -> Table:
     Args:
         rounds: Number of browsers without cache.
     """
-    with serve_dashboard(PRESET) as served:
+    with serve_dashboard() as served:
         come_and_go(served.socket, 1)
-        with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(FLAGS))
-            both = [_open(browser, served.page) for _ in range(rounds)]
-            browser.close()
+        with open_browser() as browser:
+            both = [_open(browser, served.url) for _ in range(rounds)]
         session = _bytes_of_session(served.socket)
     rows = []
     for name, opened in zip(("opened", "reloaded"), zip(*both, strict=True), strict=True):
@@ -64,23 +61,21 @@ def tabulate_opening(rounds: int = ROUNDS) -> Table:
 
 
 def _open(browser: Browser, url: str) -> tuple[Opened, Opened]:
-    context = browser.new_context(viewport={"width": 1440, "height": 900})
-    page = context.new_page()
-    page.set_default_timeout(_PATIENCE)
+    page = new_page(browser)
     page.add_init_script(_WATCH)
-    sizes = _listen(context, page)
+    sizes = _listen(page)
     page.goto(url)
     opened = _measured(page, sizes)
     page.reload()
     reloaded = _measured(page, sizes)
-    context.close()
+    page.context.close()
     return opened, reloaded
 
 
-def _listen(context: BrowserContext, page: Any) -> list[float]:
+def _listen(page: Page) -> list[float]:
     """The sizes of answers from the server, as they come."""
     sizes, asked = list[float](), set[str]()
-    devtools = context.new_cdp_session(page)
+    devtools = page.context.new_cdp_session(page)
     devtools.send("Network.enable")
 
     def ask(event: dict[str, Any]) -> None:
@@ -96,7 +91,7 @@ def _listen(context: BrowserContext, page: Any) -> list[float]:
     return sizes
 
 
-def _measured(page: Any, sizes: list[float]) -> Opened:
+def _measured(page: Page, sizes: list[float]) -> Opened:
     page.wait_for_function(_STARTED)
     page.get_by_text("Saved as").wait_for()
     opened = Opened(1e-3 * page.evaluate(_PAINT), 1e-3 * page.evaluate("window.sgAt"), sum(sizes))
@@ -108,7 +103,7 @@ def _bytes_of_session(socket: str) -> int:
     """Bytes of messages that a new viewer receives until its first run is shown."""
 
     def is_shown(message: dict[str, Any]) -> bool:
-        state = session_state(str(message.get("updates", {}).get("content", "")))
+        state = session_state(content_of(message))
         return state is not None and state["ready"]
 
     with HeadlessViewer(socket) as viewer:

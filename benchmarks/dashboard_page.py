@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
 from urllib.parse import urlencode
 
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
+from benchmarks.browser import new_page, open_browser, open_dashboard
 from slipgrasp.web.charts.chosen import CHOSEN_TAB
 from slipgrasp.web.model.charts_view import ChartsView
-from tests.ensure_programs import FLAGS, find_chromium
 
 _QUIET = 450  # [ms]; a run is saved half a second after the last edit.
 _BETWEEN = 700
@@ -60,19 +59,7 @@ window.addEventListener('keydown', () => {
 """
 
 
-class Edit(NamedTuple):
-    """Effect of one key press on a slider.
-
-    Attributes:
-        arrived: Time at which the page's socket received the last scene or chart message [s].
-        handled: Time at which the page has processed it, between two drawings [s].
-    """
-
-    arrived: float
-    handled: float
-
-
-def measure_edits(url: str, edits: int) -> list[Edit]:
+def measure_edits(url: str, edits: int) -> list[tuple[float, float]]:
     """Presses an arrow key on the slider of the mass repeatedly, during a pause of playback.
 
     Four charts are open, with both cursors in them.
@@ -80,20 +67,17 @@ def measure_edits(url: str, edits: int) -> list[Edit]:
     Args:
         url: Address of the dashboard.
         edits: Number of key presses.
+
+    Returns:
+        Of each, the time at which the page's socket received the last scene or chart message, and
+        at which the page has processed it, between two drawings [s].
     """
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(FLAGS))
-        page = browser.new_page(viewport={"width": 1440, "height": 900})
-        page.set_default_timeout(_PATIENCE)
+    with open_browser() as browser:
+        page = new_page(browser)
         page.add_init_script(_LISTEN)
-        page.goto(f"{url}?{urlencode({'fixedDpr': 0.5, 'charts': _LAYOUT})}")
-        page.get_by_text("Saved as").wait_for()
-        page.get_by_role("button", name="Pause").click()
-        page.get_by_role("button", name="Play").wait_for()
+        open_dashboard(page, f"{url}?{urlencode({'fixedDpr': 0.5, 'charts': _LAYOUT})}")
         _open_charts(page)
-        found = [_edit(page) for _ in range(edits)]
-        browser.close()
-    return found
+        return [_edit(page) for _ in range(edits)]
 
 
 def _open_charts(page: Page) -> None:
@@ -104,7 +88,7 @@ def _open_charts(page: Page) -> None:
     expect(page.locator(".sg-second:visible")).to_have_count(len(_SIGNALS), timeout=_PATIENCE)
 
 
-def _edit(page: Page) -> Edit:
+def _edit(page: Page) -> tuple[float, float]:
     slider = page.locator(_MASS).get_by_role("slider")
     slider.focus()
     page.wait_for_timeout(_BETWEEN)
@@ -112,4 +96,4 @@ def _edit(page: Page) -> Edit:
     page.wait_for_timeout(_QUIET)
     page.wait_for_function("window.drawn.length > 0")
     arrived, handled = page.evaluate("window.drawn.at(-1)")
-    return Edit(1e-3 * arrived, 1e-3 * handled)
+    return 1e-3 * arrived, 1e-3 * handled

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import msgspec
-import viser
-import zstandard
 from websockets.asyncio.client import ClientConnection, connect
-from websockets.typing import Subprotocol
 
 from benchmarks.dashboard_server import STAMP
-from benchmarks.headless_viewer import camera_fields
+from benchmarks.headless_viewer import PROTOCOL, camera_fields, content_of, messages_of
 
-_HEADER_BYTES = 16
 _PATIENCE = 60.0
 
 
@@ -44,9 +40,8 @@ class Watched:
         """Records a websocket message."""
         self.num_bytes += len(content)
         now = time.monotonic()
-        for message in _messages(content):
-            stamp = message.get("updates", {}).get("content", "")
-            if isinstance(stamp, str) and stamp.startswith(STAMP):
+        for stamp in map(content_of, messages_of(content)):
+            if stamp.startswith(STAMP):
                 self.arrivals.append(now)
                 self.ages.append(now - float(stamp.removeprefix(STAMP)))
 
@@ -66,24 +61,22 @@ def watch(
     Returns:
         The messages received by each viewer, and the difference of the clock.
     """
-    return asyncio.run(_watch(url, viewers, settle, duration, clock))
+    seen = [Watched() for _ in range(viewers)]
 
+    async def watch_all() -> float:
+        async with asyncio.TaskGroup() as group:
+            tasks = [group.create_task(view(url, one)) for one in seen]
+            await asyncio.sleep(settle)
+            for one in seen:
+                one.forget()
+            began = clock()
+            await asyncio.sleep(duration)
+            ended = clock()
+            for task in tasks:
+                task.cancel()
+        return ended - began
 
-async def _watch(
-    url: str, viewers: int, settle: float, duration: float, clock: Callable[[], float]
-) -> tuple[list[Watched], float]:
-    async with asyncio.TaskGroup() as group:
-        seen = [Watched() for _ in range(viewers)]
-        tasks = [group.create_task(view(url, one)) for one in seen]
-        await asyncio.sleep(settle)
-        for one in seen:
-            one.forget()
-        began = clock()
-        await asyncio.sleep(duration)
-        ended = clock()
-        for task in tasks:
-            task.cancel()
-    return seen, ended - began
+    return seen, asyncio.run(watch_all())
 
 
 async def view(url: str, seen: Watched) -> None:
@@ -108,16 +101,16 @@ def come_and_go(url: str, times: int, together: int = 4) -> None:
         times: Total number of connections.
         together: Number of concurrent viewers.
     """
-    asyncio.run(_come_and_go(url, times, together))
 
-
-async def _come_and_go(url: str, times: int, together: int) -> None:
     async def visit(visits: int) -> None:
         for _ in range(visits):
             await _visit(url)
 
-    shares: Sequence[int] = [times // together + (i < times % together) for i in range(together)]
-    await asyncio.gather(*(visit(share) for share in shares))
+    async def visit_together() -> None:
+        shares = (times // together + (i < times % together) for i in range(together))
+        await asyncio.gather(*map(visit, shares))
+
+    asyncio.run(visit_together())
 
 
 async def _visit(url: str) -> None:
@@ -137,10 +130,9 @@ def connect_viewer(url: str) -> connect:
     Args:
         url: Address of the dashboard's websocket.
     """
-    protocol = Subprotocol(f"viser-v{viser.__version__}")
     return connect(
         url,
-        subprotocols=[protocol],
+        subprotocols=[PROTOCOL],
         compression=None,
         max_size=None,
         ping_interval=None,
@@ -152,9 +144,3 @@ async def say_hello(socket: ClientConnection) -> None:
     """Sends the camera of the viewer, which starts a session."""
     message = {"type": "ViewerCameraMessage", **camera_fields()}
     await socket.send(msgspec.msgpack.encode(message))
-
-
-def _messages(content: bytes) -> list[dict]:
-    size = int.from_bytes(content[8:_HEADER_BYTES], "little")
-    packed = zstandard.ZstdDecompressor().decompress(content[_HEADER_BYTES : _HEADER_BYTES + size])
-    return msgspec.msgpack.decode(packed)["messages"]

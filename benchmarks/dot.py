@@ -1,7 +1,7 @@
 """`python -m benchmarks.dot`: the scenario of one run of docs/robustness.md, as TOML.
 
 python -m benchmarks.dot "noise 3 mm/s" composite --number 17 --fingers 3 > dot.toml
-python -m benchmarks.dot "latency 30 ms" "grip reflex" --near 0.2 0.4 --gains 25 10 --predicts
+python -m benchmarks.dot "latency 30 ms" "grip reflex" --number 3 --gains 25 10 --predicts
 slipgrasp run dot.toml --serve
 """
 
@@ -12,11 +12,9 @@ import sys
 from collections.abc import Sequence
 from itertools import islice
 
-import numpy as np
-
-from benchmarks.robustness import COUNT, random_objects
+from benchmarks.robustness import COUNT
 from benchmarks.robustness_gains import GAINS, HANDS, Cell, scenarios_of
-from benchmarks.robustness_worlds import LAWS, WORLDS, load_published_laws
+from benchmarks.robustness_worlds import LAWS, WORLDS, load_published_laws, random_objects
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import scenario_to_toml
 
@@ -28,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         arguments: Arguments of the command line; those of this process if None.
     """
     options = _parser().parse_args(arguments)
-    number = options.number if options.near is None else find_object(options.near)
+    number = options.number
     mass, *frictions = random_objects(COUNT, options.fingers)[number]
     cell = Cell(options.fingers, options.world, options.law, options.predicts)
     scenario = scenario_of(cell, number, tuple(options.gains))
@@ -49,20 +47,12 @@ def scenario_of(cell: Cell, number: int, gains: tuple[float, float] = GAINS[0]) 
     return next(islice(scenarios_of(cell, gains, COUNT), number, None))
 
 
-def find_object(near: Sequence[float]) -> int:
-    """Number of the object of two fingers with the nearest friction, left and right."""
-    friction = random_objects(COUNT)[:, 1:]
-    return int(np.argmin(np.linalg.norm(friction - near, axis=1)))
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.dot", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.add_argument("world", choices=tuple(WORLDS))
     parser.add_argument("law", choices=tuple(LAWS))
-    which = parser.add_mutually_exclusive_group(required=True)
-    which.add_argument("--number", type=int, choices=range(COUNT), metavar="N")
-    which.add_argument("--near", type=float, nargs=2, metavar=("LEFT", "RIGHT"))
+    parser.add_argument("--number", type=int, choices=range(COUNT), metavar="N", required=True)
     parser.add_argument("--fingers", type=int, choices=tuple(HANDS), default=2)
     parser.add_argument("--gains", type=float, nargs=2, metavar=("KP", "KV"), default=GAINS[0])
     parser.add_argument("--predicts", action="store_true", help="with prediction")

@@ -11,19 +11,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.replay import (
-    CASES,
     DURATION,
     STEPS,
     Differences,
     Replay,
     compare,
-    format_table,
+    print_differences,
     record_case,
 )
 from slipgrasp.core.run.result import RunResult
@@ -67,8 +67,7 @@ def replay_in_drake(result: RunResult, step: float, approximation: str = "sap") 
             for contact, point in zip(contacts, points, strict=True)
         ]
         slips.append(np.concatenate(parts))
-    times = np.linspace(step, step * len(poses), len(poses))
-    return Replay(times, np.array(poses), np.array(slips))
+    return Replay.at_steps(step, poses, slips)
 
 
 def build(text: str, given: dict[str, Any]) -> tuple[Any, Any]:
@@ -111,13 +110,6 @@ def _coordinates(scenario: Scenario, pose: Any) -> Floats:
     return np.array([*place, *(sign * quaternion)])
 
 
-def main() -> None:
-    """Prints the differences of both cases."""
-    for name in CASES:
-        for approximation in APPROXIMATIONS:
-            rows = measure_differences(name, approximation=approximation)
-            print(format_table(f"{name} in Drake ({approximation}), {DURATION} s", rows))
-
-
 if __name__ == "__main__":
-    main()
+    for kind in APPROXIMATIONS:
+        print_differences(f"Drake ({kind})", partial(measure_differences, approximation=kind))

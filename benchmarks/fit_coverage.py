@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from slipgrasp.core.fit.optimiser import minimise
 from slipgrasp.core.fit.problem import DELAY, FitProblem, Observations
 from slipgrasp.core.fit.profile import THRESHOLD_95
 from slipgrasp.core.fit.report import FitReport
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.columns import columns_of
@@ -66,7 +67,7 @@ CASES = (
 )
 
 
-def run(_docs: Path | None = None, seed: int = SEED, twins: int = TWINS) -> list[Table]:
+def run(seed: int = SEED, twins: int = TWINS) -> list[Table]:
     """The table ``fit-coverage``."""
     rows: list[tuple[str, ...]] = []
     for case in CASES:
@@ -110,11 +111,23 @@ def make_problem(case: Case) -> FitProblem:
     """A fit of a run with the true values, with data without noise: its twins are centred on it."""
     values = {key: value for key, value in case.truth.items() if key != DELAY}
     base = with_values(load_scenario(case.preset), {"simulation.duration": DURATION})
-    true = with_values(base, values)
-    run = simulate(true)
-    columns = {c.name: (c.unit, c.values) for c in columns_of(run.trace) if not c.holds_phases}
-    data = Observations.choose(run.trace.times, columns, case.noise)
-    nuisance = [DELAY] if DELAY in case.truth else []
-    problem = FitProblem.make(true, [*values], data, nuisance)
+    run = simulate(with_values(base, values))
+    problem = problem_of(run, [*values], case.noise, [DELAY] if DELAY in case.truth else [])
     measured = problem.sample(run, [*case.truth.values()])
-    return problem.with_data(replace(data, values=measured))
+    return problem.with_data(replace(problem.data, values=measured))
+
+
+def problem_of(
+    run: RunResult, keys: Sequence[str], noise: dict[str, float], nuisance: Sequence[str] = ()
+) -> FitProblem:
+    """A fit of parameters to the signals of a run.
+
+    Args:
+        run: The run.
+        keys: The parameters.
+        noise: Standard deviations of the signals.
+        nuisance: Parameters of the measurement.
+    """
+    columns = {c.name: (c.unit, c.values) for c in columns_of(run.trace) if not c.holds_phases}
+    data = Observations.choose(run.trace.times, columns, noise)
+    return FitProblem.make(run.scenario, [*keys], data, [*nuisance])

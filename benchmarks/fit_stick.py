@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.fit_coverage import DURATION, POSES, SEED, TWINS
+from benchmarks.fit_coverage import DURATION, POSES, SEED, TWINS, problem_of
 from benchmarks.report import Table
 from slipgrasp.core.fit.fit import FitOptions, fit
-from slipgrasp.core.fit.problem import FitProblem, Observations
+from slipgrasp.core.fit.problem import FitProblem
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.trace.columns import columns_of
 from slipgrasp.core.trace.trace import rows_from_start
 
 FRICTIONS = ("fingers.0.friction", "fingers.1.friction")
@@ -49,7 +47,7 @@ CASES = (
 )
 
 
-def run(_docs: Path | None = None, seed: int = SEED, twins: int = TWINS) -> list[Table]:
+def run(seed: int = SEED, twins: int = TWINS) -> list[Table]:
     """The table ``fit-stick``."""
     rows: list[tuple[str, ...]] = []
     for case in CASES:
@@ -66,9 +64,8 @@ def run(_docs: Path | None = None, seed: int = SEED, twins: int = TWINS) -> list
 
 def twins_of(stuck: RunResult, seed: int, twins: int) -> Iterator[FitProblem]:
     """Fits of the two frictions of a run, each to its poses and slips with other noise."""
-    columns = {c.name: (c.unit, c.values) for c in columns_of(stuck.trace) if not c.holds_phases}
-    data = Observations.choose(stuck.trace.times, columns, POSES)
-    problem = FitProblem.make(stuck.scenario, FRICTIONS, data)
+    problem = problem_of(stuck, FRICTIONS, POSES)
+    data = problem.data
     for number in range(twins):
         noise = np.random.default_rng([seed, number]).standard_normal(data.values.shape)
         yield problem.with_data(replace(data, values=data.values + data.sigmas * noise))

@@ -16,20 +16,13 @@ from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-ROUNDS = 15
-DURATION = 7.0  # [s]
 MICROSECONDS = 1e6
 FILE = Path(__file__).parents[1] / "examples" / "laws" / "pd_gravity.py"
 BUILT_IN = "built in"
 
 
-def run(_docs: Path | None = None) -> list[Table]:
-    """The table ``front-ends``."""
-    return [measure_front_ends()]
-
-
-def measure_front_ends(rounds: int = ROUNDS, duration: float = DURATION) -> Table:
-    """CPU time of a tick at 1 kHz: the law pd-gravity in every front end, and MuJoCo with one.
+def run(rounds: int = 15, duration: float = 7.0) -> list[Table]:
+    """The table ``front-ends``: CPU time of a tick at 1 kHz, also of MuJoCo with a law.
 
     Args:
         rounds: Number of timings of each, in turns.
@@ -51,7 +44,7 @@ def measure_front_ends(rounds: int = ROUNDS, duration: float = DURATION) -> Tabl
     )
     heads = (f"{duration:g} s of pd-gravity at 1 kHz", "CPU per tick [us]", "times built in")
     note = f"Median of {rounds} rounds in turns, the plant and the trace included."
-    return Table("front-ends", heads, rows, (note,), "laws.md")
+    return [Table("front-ends", heads, rows, (note,), "laws.md")]
 
 
 def _custom_laws(base: Scenario) -> dict[str, Callable[[], object]]:

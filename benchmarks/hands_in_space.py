@@ -4,21 +4,14 @@ Runs are drawn so that every pair of levels of all settings occurs. They are che
 and, for half of them, by the same runs with a finer output; if no phases are consistent, or a
 contact can only open under a new torque, an independent search is made
 (`tests.references.spatial_instant`, of soft fingertips `tests.references.soft_instant`).
-
-`python -m benchmarks.hands_in_space INDEX [--seed N]` prints a single run as a scenario file, and
-its faults.
 """
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Mapping
-from pathlib import Path
-
 import numpy as np
 
+from benchmarks import outcome_checks
 from benchmarks.outcome_checks import (
-    CHECKS,
     OUTSIDE_CONE,
     Check,
     Judgement,
@@ -26,32 +19,30 @@ from benchmarks.outcome_checks import (
     ledger_error,
     simulate_runs,
 )
-from benchmarks.outcomes import SEED, Judge, judge_many, tabulate
-from benchmarks.random_runs import PAIRS_IN_SPACE, draw
+from benchmarks.outcomes import SEED, judge_many, tabulate
+from benchmarks.random_runs import PAIRS_IN_SPACE
 from benchmarks.report import Table
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.simulator import prepare_kernel
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.loading import scenario_to_toml
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.trace.types import Outcome
 
 COUNT = 10_000
 LEDGER_SHARE = 1e-8  # of the largest energy of the run: the relative tolerance of the steps
 SAME_VELOCITY = 1e-7  # of 1 m/s and the velocity; slips below that may end together
-CHECKS_IN_SPACE = CHECKS | {
+CHECKS = outcome_checks.CHECKS | {
     "ledger": Check("energy balance off by more than 1e-6 J and 1e-8 of the largest energy", "J"),
     "velocity": Check("velocities that differ at equal times by more than 1e-7", "m/s"),
 }
 
 
-def run(_docs: Path | None = None, seed: int = SEED) -> list[Table]:
+def run(seed: int = SEED) -> list[Table]:
     """The tables ``hands-in-space`` and ``hands-in-space-endings``."""
-    campaign = judge_many(PAIRS_IN_SPACE, COUNT, seed, judge_in_space)
-    return tabulate([campaign], "hands-in-space", CHECKS_IN_SPACE)
+    campaign = judge_many(PAIRS_IN_SPACE, COUNT, seed, judge_run)
+    return tabulate([campaign], "hands-in-space", CHECKS)
 
 
-def judge_in_space(scenario: Scenario, *, twice: bool = True) -> Judgement:
+def judge_run(scenario: Scenario, *, twice: bool = True) -> Judgement:
     """Checks a run of a spatial scenario, if requested also with an output of 10 kHz.
 
     Args:
@@ -196,31 +187,3 @@ def _untrue_ends(run: RunResult, held: np.ndarray) -> dict[str, float]:
     else:
         found = spatial_instant.find_closed_answer(run, held) is not None
     return {run.outcome.value: 1.0} if found else {}
-
-
-def print_judged(program: str, population: str, judge: Judge, checks: Mapping[str, Check]) -> None:
-    """Prints a run as a scenario file, its end, and the failed checks with their deviations.
-
-    Args:
-        program: The main module; its arguments are the index of the run and a seed.
-        population: Population of the run.
-        judge: Checks the run.
-        checks: The checks.
-    """
-    parser = argparse.ArgumentParser(
-        prog=f"python -m {program}", description="Prints one run, and what is wrong with it."
-    )
-    parser.add_argument("index", type=int)
-    parser.add_argument("--seed", type=int, default=SEED)
-    options = parser.parse_args()
-    prepare_kernel()
-    scenario = draw(population, options.seed, options.index)
-    judgement = judge(scenario, twice=True)
-    print(scenario_to_toml(scenario))
-    print(f"# {judgement.outcome}")
-    for name, by in judgement.missed.items():
-        print(f"# {checks[name].text}: {by:g} {checks[name].unit}".rstrip())
-
-
-if __name__ == "__main__":
-    print_judged("benchmarks.hands_in_space", PAIRS_IN_SPACE, judge_in_space, CHECKS_IN_SPACE)

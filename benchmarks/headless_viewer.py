@@ -7,7 +7,6 @@ import re
 import urllib.request
 from collections.abc import Callable, Iterator
 from html import unescape
-from types import TracebackType
 from typing import Any, Self
 
 import msgspec
@@ -25,6 +24,7 @@ _LAYOUT = {
     "covered": 220,
 }
 _HEADER_BYTES = 16
+PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 _PATIENCE = 60.0
 _SESSION_STATE = re.compile(r'data-sg-state="([^"]*)"')
 
@@ -40,12 +40,10 @@ class HeadlessViewer:
     """
 
     def __init__(self, url: str) -> None:
-        protocol = Subprotocol(f"viser-v{viser.__version__}")
         # Unread messages would delay the response to its close request.
         self._socket = connect(
-            url, subprotocols=[protocol], compression=None, max_size=None, close_timeout=0.5
+            url, subprotocols=[PROTOCOL], compression=None, max_size=None, close_timeout=0.5
         )
-        self._unzip = zstandard.ZstdDecompressor()
         self._uuids: dict[str, str] = {}
         self._page = url.replace("ws", "http", 1).rstrip("/")
         self._key = ""
@@ -55,12 +53,7 @@ class HeadlessViewer:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        _kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._socket.close()
 
     def measure_page(self) -> None:
@@ -95,24 +88,30 @@ class HeadlessViewer:
         content = self._socket.recv(timeout=_PATIENCE)
         assert isinstance(content, bytes)
         self.bytes_received += len(content)
-        size = int.from_bytes(content[8:_HEADER_BYTES], "little")
-        packed = self._unzip.decompress(content[_HEADER_BYTES : _HEADER_BYTES + size])
-        for message in msgspec.msgpack.decode(packed)["messages"]:
-            self._hear(message)
+        for message in messages_of(content):
+            state = session_state(content_of(message))
+            if state is not None:
+                self._key = state["session"]
             properties = message.get("props", {})
             if isinstance(properties, dict) and properties.get("label"):
                 self._uuids[properties["label"]] = message["uuid"]
             yield message
 
-    def _hear(self, message: dict[str, Any]) -> None:
-        """Stores the key of the session from its state."""
-        content = message.get("updates", {}).get("content", "")
-        state = session_state(content) if isinstance(content, str) else None
-        if state is not None:
-            self._key = state["session"]
-
     def _send(self, kind: str, fields: dict[str, object]) -> None:
         self._socket.send(msgspec.msgpack.encode({"type": kind, **fields}))
+
+
+def messages_of(content: bytes) -> list[dict[str, Any]]:
+    """The messages of a frame of the websocket."""
+    size = int.from_bytes(content[8:_HEADER_BYTES], "little")
+    packed = zstandard.ZstdDecompressor().decompress(content[_HEADER_BYTES : _HEADER_BYTES + size])
+    return msgspec.msgpack.decode(packed)["messages"]
+
+
+def content_of(message: dict[str, Any]) -> str:
+    """The text that a message adds to the page."""
+    content = message.get("updates", {}).get("content", "")
+    return content if isinstance(content, str) else ""
 
 
 def session_state(content: str) -> dict[str, Any] | None:

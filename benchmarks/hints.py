@@ -14,7 +14,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from random import Random
 from typing import Any, NamedTuple
 
@@ -44,8 +43,8 @@ MAX_STEPS = 100_000
 
 _PLANAR = ("paper-case-1", "paper-case-2", "composite-case-2", "three-fingers", "wide-object")
 _SPATIAL = ("spatial-box", "spatial-composite", "spatial-prism", "spatial-unknown-friction")
-_LENGTHS = {"mm": 1e-3, "µm": 1e-6, "nm": 1e-9}
-_LENGTH = r"(?:([\d.]+) (mm|µm|nm)|less than 1 nm)"
+_UNITS = {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "N": 1.0}
+_LENGTH = r"([\d.]+ (?:mm|µm|nm)|less than 1 nm)"
 _ROUNDED = 0.006
 """Allowed relative difference between a number in the text and that of a trace."""
 
@@ -54,12 +53,10 @@ class Press(NamedTuple):
     """A hint that was applied.
 
     Attributes:
-        is_first: Whether it was shown first.
         is_true: Whether its text was correct.
         holds: Whether the object was then held.
     """
 
-    is_first: bool
     is_true: bool
     holds: bool
 
@@ -69,22 +66,16 @@ class Case(NamedTuple):
 
     Attributes:
         held: Whether its object is held.
-        goal: Goal of its hint.
-        tried: Number of tried options.
         presses: The displayed hints, applied.
         untried: Whether the first option without trials holds the object.
-        law: The law.
     """
 
     held: bool
-    goal: Goal
-    tried: int
     presses: tuple[Press, ...]
     untried: bool | None
-    law: str
 
 
-def run(_docs: Path | None = None, seed: int = SEED) -> list[Table]:
+def run(seed: int = SEED) -> list[Table]:
     """The tables ``hints`` and ``hints-options``."""
     cases: list[Case] = []
     drawn = in_processes(partial(press_hints, seed), MOST_RUNS)
@@ -109,17 +100,17 @@ def press_hints(seed: int, index: int) -> Case:
     draft = Draft.starting_from("drawn", scenario)
     tried = try_hint(before, hint, follow_option=lambda option: followed(draft, option).scenario())
     held, presses = is_held(before), []
-    for place, each in enumerate(tried.helpful):
+    for each in tried.helpful:
         after = simulate(followed(draft, each.option).scenario())
         is_true = does_what_it_says(each.effect, before, after, hint.goal)
         others = follow(scenario, each.option)
         is_true &= _ordered(followed(draft, each.option).scenario()) == _ordered(others)
-        presses.append(Press(place == 0, is_true, is_held(after)))
+        presses.append(Press(is_true, is_held(after)))
     untried = None
     named = [option for option in hint.options if option.values]
     if before.outcome.ended_by_physics and named:
         untried = is_held(simulate(follow(scenario, named[0])))
-    return Case(held, hint.goal, tried.count, tuple(presses), untried, scenario.controller.kind)
+    return Case(held, tuple(presses), untried)
 
 
 def _ordered(scenario: Scenario) -> Scenario:
@@ -167,38 +158,28 @@ def does_what_it_says(effect: str, before: RunResult, after: RunResult, goal: Go
     """Whether the text about an effect agrees with the traces of both runs."""
     if not is_held(after):
         return False
-    said: list[bool] = []
     for part in effect.split(", "):
-        if found := re.fullmatch(rf"slip {_LENGTH} instead of {_LENGTH}", part):
-            said.append(_near(found, slip_of(after), slip_of(before)))
-        elif found := re.fullmatch(rf"{_LENGTH} off instead of {_LENGTH}", part):
-            said.append(_near(found, offset_of(after), offset_of(before)))
-        elif found := re.fullmatch(rf"slip {_LENGTH}", part):
-            said.append(_near(found, slip_of(after)))
-        elif found := re.fullmatch(rf"{_LENGTH} off", part):
-            said.append(_near(found, offset_of(after)))
-        elif found := re.fullmatch(r"normal force up to (\S+) N(?: instead of (\S+) N)?", part):
-            for told, result in zip(found.groups(), (after, before), strict=True):
-                force = max(result.metrics.peak_normal_force)
-                said.append(told is None or abs(float(told) - force) <= _ROUNDED * force)
+        pairs = ((re.fullmatch(pattern, part), value_of) for pattern, value_of in _EFFECTS.items())
+        found, value_of = next((pair for pair in pairs if pair[0]), (None, slip_of))
+        if found is None:
+            agrees = part.startswith("held instead of ") and not is_held(before)
         else:
-            said.append(part.startswith("held instead of ") and not is_held(before))
+            told = zip(found.groups(), (after, before), strict=True)
+            agrees = all(text is None or _near(text, value_of(run)) for text, run in told)
+        if not agrees:
+            return False
     gains = {
         Goal.HOLD: not is_held(before),
         Goal.LESS_SLIP: slip_of(after) < slip_of(before),
         Goal.NEARER: offset_of(after) < offset_of(before),
     }
-    return all(said) and gains[goal]
+    return gains[goal]
 
 
-def _near(found: re.Match[str], *lengths: float) -> bool:
-    """Whether all lengths in a text are those of the traces [m]."""
-    for place, length in enumerate(lengths):
-        number, unit = found[2 * place + 1], found[2 * place + 2]
-        told = 0.0 if number is None else float(number) * _LENGTHS[unit]
-        if abs(told - length) > max(_ROUNDED * length, 1e-9):
-            return False
-    return True
+def _near(text: str, value: float) -> bool:
+    """Whether a number in a text, with its unit, is that of a trace."""
+    number, unit = ("0", "m") if text.startswith("less than") else text.split()
+    return abs(float(number) * _UNITS[unit] - value) <= max(_ROUNDED * value, 1e-9)
 
 
 def slip_of(result: RunResult) -> float:
@@ -213,6 +194,18 @@ def offset_of(result: RunResult) -> float:
     """Final distance of the object from its target, from the trace [m]."""
     ways = result.trace.shape.space.num_positions
     return float(np.linalg.norm(result.trace.tracking_error[-1, :ways]))
+
+
+def _peak_force(result: RunResult) -> float:
+    return max(result.metrics.peak_normal_force)
+
+
+_EFFECTS: dict[str, Callable[[RunResult], float]] = {
+    rf"slip {_LENGTH}(?: instead of {_LENGTH})?": slip_of,
+    rf"{_LENGTH} off(?: instead of {_LENGTH})?": offset_of,
+    r"normal force up to (\S+ N)(?: instead of (\S+ N))?": _peak_force,
+}
+"""Texts about a number after and before a hint, and the number."""
 
 
 def draw(seed: int, index: int) -> Scenario:
@@ -314,7 +307,10 @@ def tabulate(cases: list[Case], seed: int) -> Table:
         ("of these held", str(len(held))),
         ("applied hints", str(len(presses))),
         ("have the stated effect", _share(presses, lambda press: press.is_true)),
-        ("held objects that a hint lost", str(_lost_by_hints(held))),
+        (
+            "held objects that a hint lost",
+            str(sum(not press.holds for case in held for press in case.presses)),
+        ),
         (
             "not held before, held with the first hint, if there is one",
             _share(firsts, lambda press: press.holds),
@@ -336,21 +332,18 @@ def tabulate_options(found: list[tuple[bool, dict[str, bool]]]) -> Table:
     Args:
         found: Whether the object of each run was held, originally and with each change.
     """
-    held, lost = Counter[str](), Counter[str]()
-    kept, saved = Counter[str](), Counter[str]()
+    tried = {was_held: Counter[str]() for was_held in (False, True)}
+    changed = {was_held: Counter[str]() for was_held in (False, True)}
     for was_held, after in found:
-        for name, holds in after.items():
-            (held if was_held else lost)[name] += 1
-            (kept if was_held else saved)[name] += holds
+        tried[was_held].update(list(after))
+        changed[was_held].update(name for name, holds in after.items() if holds != was_held)
+    lost, saved = tried[False], changed[False]
     order = sorted(
-        {*held, *lost}, key=lambda name: (-saved[name] / max(lost[name], 1), -lost[name], name)
+        {*tried[True], *lost},
+        key=lambda name: (-saved[name] / max(lost[name], 1), -lost[name], name),
     )
     rows = tuple(
-        (
-            f"`{name}`",
-            f"{saved[name]} of {lost[name]}",
-            f"{held[name] - kept[name]} of {held[name]}",
-        )
+        (f"`{name}`", *(f"{changed[held][name]} of {tried[held][name]}" for held in (False, True)))
         for name in order
     )
     heads = ("change", "lost objects that it holds", "held objects that it loses")
@@ -360,10 +353,6 @@ def tabulate_options(found: list[tuple[bool, dict[str, bool]]]) -> Table:
 
 def _share(values: list[Any], is_so: Callable[[Any], bool]) -> str:
     return format_share(sum(map(is_so, values)), len(values)) if values else "–"
-
-
-def _lost_by_hints(held: list[Case]) -> int:
-    return sum(not press.holds for case in held for press in case.presses)
 
 
 def _is_wrong(case: Case) -> bool:

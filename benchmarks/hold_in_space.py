@@ -9,19 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.report import Table, format_share
-from benchmarks.robustness import FRICTION, MASS, SEED
+from benchmarks.robustness_worlds import FRICTION, MASS, SEED
 from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.result import RunSummary
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-COUNT = 1000
 DURATION = 1.0
 WORLDS = {"ideal": "spatial-composite", "noisy": "spatial-composite-noisy"}
 OFFSET = 0.02  # [m]
@@ -36,15 +34,12 @@ LAWS: dict[str, dict[str, Any]] = {
 TARGET = 0.99  # of the objects that the oracle holds
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``hold-in-space-ideal`` and ``hold-in-space-noisy``."""
-    return [hold_in_world(world, COUNT) for world in WORLDS]
-
-
-def hold_in_world(world: str, count: int) -> Table:
-    """The random objects that each law holds in one of `WORLDS`."""
-    runs = {law: list(simulate_many(vary_objects(law, count, world))) for law in LAWS}
-    return tabulate(runs, world)
+    return [
+        tabulate({law: list(simulate_many(vary_objects(law, 1000, world))) for law in LAWS}, world)
+        for world in WORLDS
+    ]
 
 
 def vary_objects(law: str, count: int, world: str = "ideal") -> Iterator[Scenario]:

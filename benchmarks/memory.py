@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-import re
+import os
 import resource
 import subprocess
 import sys
@@ -13,20 +13,33 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.batch import THREADS, vary
-from benchmarks.report import Table
+from benchmarks.processes import peak_of
+from benchmarks.report import Table, met
 from slipgrasp import simulate_many
 
-COUNTS = (1000, 3000, 10_000)
 DURATION = 0.5  # [s]; a batch stores no trace, so that longer runs need no more memory
 LIMIT = 500e6  # [B]
 
 _ROOT = Path(__file__).parents[1]
-_STATUS = Path("/proc/self/status")
 
 
-def run(_docs: Path | None = None) -> list[Table]:
-    """The table ``memory``."""
-    return [_tabulate(COUNTS, [measure_memory(count) for count in COUNTS])]
+def run(counts: Sequence[int] = (1000, 3000, 10_000)) -> list[Table]:
+    """The table ``memory``.
+
+    Args:
+        counts: Numbers of runs, in ascending order.
+    """
+    peaks = [measure_memory(count) for count in counts]
+    rows = tuple(
+        (str(count), f"{peak / 1e6:.0f}") for count, peak in zip(counts, peaks, strict=True)
+    )
+    growth = (peaks[-1] - peaks[0]) / (counts[-1] - counts[0])
+    note = (
+        f"Runs of {DURATION:g} s on {THREADS} threads. "
+        f"Memory per further run: {growth / 1e3:.2f} kB; "
+        f"target below {LIMIT / 1e6:.0f} MB: {met(max(peaks) < LIMIT)}."
+    )
+    return [Table("memory", ("runs", "peak [MB]"), rows, (note,))]
 
 
 def measure_memory(count: int) -> int:
@@ -41,24 +54,7 @@ def peak_memory() -> int:
 
     On Linux not ``ru_maxrss``, which a process inherits there from its parent.
     """
-    if not _STATUS.exists():
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    found = re.search(r"VmHWM:\s*(\d+) kB", _STATUS.read_text(encoding="ascii"))
-    assert found is not None, "Linux reports the peak of every process"
-    return 1024 * int(found[1])
-
-
-def _tabulate(counts: Sequence[int], peaks: Sequence[int]) -> Table:
-    rows = tuple(
-        (str(count), f"{peak / 1e6:.0f}") for count, peak in zip(counts, peaks, strict=True)
-    )
-    growth = (peaks[-1] - peaks[0]) / (counts[-1] - counts[0])
-    note = (
-        f"Runs of {DURATION:g} s on {THREADS} threads. "
-        f"Memory per further run: {growth / 1e3:.2f} kB; "
-        f"target below {LIMIT / 1e6:.0f} MB: {'met' if max(peaks) < LIMIT else 'missed'}."
-    )
-    return Table("memory", ("runs", "peak [MB]"), rows, (note,))
+    return peak_of(os.getpid()) or resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def main() -> None:

@@ -12,18 +12,22 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.mujoco_scene import (
-    DAMPING,
-    DEFAULT_CONTACT,
-    STIFFNESS,
-    build_model,
-)
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.recordings.engines.mjcf import describe_scene, motors, start_coordinates
+from slipgrasp.recordings.engines.mjcf import (
+    Contact,
+    describe_scene,
+    joint_names,
+    motors,
+    start_coordinates,
+)
 
 Floats = NDArray[np.float64]
 
+STIFFNESS, DAMPING = 2000.0, 120.0
+
+# MuJoCo's defaults, with a visible tip.
+DEFAULT_CONTACT = Contact(tip_radius=0.005, attributes="", friction_hardness=1.0)
 STEP = 1e-3
 """MuJoCo's time step in all comparisons of speed [s]."""
 
@@ -102,15 +106,28 @@ class PdLaw:
 
 
 def hold_by_actuators(scenario: Scenario, duration: float) -> Hold:
-    """PD laws as MuJoCo's actuators, without Python between the steps."""
-    model, data = build_model(scenario, STEP)
-    return Hold(model, data, data.qpos.copy(), round(duration / STEP))
+    """PD laws around the final torque of our run as MuJoCo's actuators, without Python in steps."""
+    trace = simulate(scenario).trace
+    angles = trace.joint_position[0]
+    gain = f'gainprm="{STIFFNESS}" biastype="affine" biasprm="0 {-STIFFNESS} {-DAMPING}"'
+    actuators = "".join(f'<general joint="{name}" {gain}/>' for name in joint_names(scenario))
+    hold = _hold(scenario, angles, actuators, duration)
+    hold.data.ctrl[:] = angles + trace.joint_torque[-1] / STIFFNESS
+    mujoco.mj_forward(hold.model, hold.data)
+    return hold
 
 
 def hold_by_numpy(scenario: Scenario, duration: float) -> Hold:
     """The law in NumPy, called at every step."""
     law = PdLaw(scenario)
-    text = describe_scene(scenario, law.goal, STEP, motors(scenario), DEFAULT_CONTACT)
+    return _hold(scenario, law.goal, motors(scenario), duration, law)
+
+
+def _hold(
+    scenario: Scenario, angles: Floats, actuators: str, duration: float, law: PdLaw | None = None
+) -> Hold:
+    text = describe_scene(scenario, angles, STEP, actuators, DEFAULT_CONTACT)
     model = mujoco.MjModel.from_xml_string(text)
-    start = start_coordinates(scenario, law.goal)
-    return Hold(model, mujoco.MjData(model), start, round(duration / STEP), law)
+    data, start = mujoco.MjData(model), start_coordinates(scenario, angles)
+    data.qpos[:] = start
+    return Hold(model, data, start, round(duration / STEP), law)

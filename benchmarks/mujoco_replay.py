@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
+from mujoco import rollout
 from numpy.typing import NDArray
 
 from benchmarks.replay import (
-    CASES,
     DURATION,
     STEPS,
     Differences,
     Replay,
     compare,
     extrapolate,
-    format_table,
+    print_differences,
     record_case,
 )
 from slipgrasp.core.run.result import RunResult
@@ -33,6 +33,21 @@ from slipgrasp.recordings.engines.mjcf import (
 Floats = NDArray[np.float64]
 
 
+def scene_of(result: RunResult, step: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """The scene of a run in MuJoCo, at its start.
+
+    Args:
+        result: A run that starts from rest, densely stored.
+        step: MuJoCo's time step [s].
+    """
+    scenario, angles = result.scenario, result.trace.joint_position[0]
+    text = describe_scene(scenario, angles, step, motors(scenario), describe_contact(step))
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    data.qpos[:] = start_coordinates(scenario, angles)
+    return model, data
+
+
 def replay_in_mujoco(result: RunResult, step: float) -> Replay:
     """Replays the torques of a run in MuJoCo.
 
@@ -40,23 +55,32 @@ def replay_in_mujoco(result: RunResult, step: float) -> Replay:
         result: A run that starts from rest, densely stored.
         step: MuJoCo's time step [s].
     """
-    scenario, trace = result.scenario, result.trace
-    angles = trace.joint_position[0]
-    joints = len(angles)
-    text = describe_scene(scenario, angles, step, motors(scenario), describe_contact(step))
-    model = mujoco.MjModel.from_xml_string(text)
-    data = mujoco.MjData(model)
-    data.qpos[:] = start_coordinates(scenario, angles)
-    contacts = contacts_of(scenario)
-    pose, poses, slips = slice(joints, joints + trace.object_pose.shape[1]), [], []
+    model, data = scene_of(result, step)
+    contacts = contacts_of(result.scenario)
+    pose = slice(model.nu, model.nu + result.trace.object_pose.shape[1])
+    poses, slips = [], []
     for torques in mean_torques(result, step):
         data.ctrl[:] = torques
         mujoco.mj_step(model, data)
         mujoco.mj_kinematics(model, data)
         poses.append(data.qpos[pose].copy())
         slips.append(slips_in(data, contacts, data.site_xpos))
-    times = np.linspace(step, step * len(poses), len(poses))
-    return Replay(times, np.array(poses), np.array(slips))
+    return Replay.at_steps(step, poses, slips)
+
+
+def stepping(result: RunResult, step: float) -> Callable[[], object]:
+    """The replay of a run as one call for timing: all steps without Python in between.
+
+    Args:
+        result: A run that starts from rest, densely stored.
+        step: MuJoCo's time step [s].
+    """
+    model, data = scene_of(result, step)
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    start = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, data, start, kind)
+    torques = mean_torques(result, step)
+    return lambda: rollout.rollout(model, data, start[None], torques[None])
 
 
 def slips_in(data: mujoco.MjData, contacts: Sequence[Mapping[str, Any]], sites: Floats) -> Floats:
@@ -87,11 +111,5 @@ def measure_differences(
     return [*rows, compare(result, extrapolate(*replays[-2:]), 0.0)]
 
 
-def main() -> None:
-    """Prints the differences of both cases."""
-    for name in CASES:
-        print(format_table(f"{name} in MuJoCo, {DURATION} s", measure_differences(name)))
-
-
 if __name__ == "__main__":
-    main()
+    print_differences("MuJoCo", measure_differences)

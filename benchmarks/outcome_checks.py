@@ -315,9 +315,7 @@ def ends_wrongly(run: RunResult) -> float:
 
 def _has_answer(run: RunResult, held: np.ndarray) -> float:
     """1 if a run ends as inconsistent although consistent phases exist."""
-    if run.outcome is not Outcome.INCONSISTENT:
-        return 0.0
-    return 1.0 if any(True for _ in _answers(run, held)) else 0.0
+    return float(run.outcome is Outcome.INCONSISTENT and any(_answers(run, held)))
 
 
 def _need_not_open(run: RunResult, held: np.ndarray) -> float:
@@ -333,13 +331,14 @@ def _need_not_open(run: RunResult, held: np.ndarray) -> float:
     contact = run.reason.contact
     if contact is None:
         return 1.0
-    if not is_sampled_at_end(run) and any(c.time == run.end_time for c in run.scenario.changes):
+    if is_sampled_at_end(run):
+        if any(OPEN not in sure.phases for sure in _answers(run, held)):
+            return 1.0
+    elif any(change.time == run.end_time for change in run.scenario.changes):
         # After a timed change, continuous control gives a torque that is in no row.
         return 0.0
-    if is_sampled_at_end(run) and any(OPEN not in sure.phases for sure in _answers(run, held)):
-        return 1.0
     possible = _answers(run, held, beyond_doubt=False)
-    return 0.0 if any(answer.phases[contact] == OPEN for answer in possible) else 1.0
+    return float(all(answer.phases[contact] != OPEN for answer in possible))
 
 
 def _answers(run: RunResult, held: np.ndarray, *, beyond_doubt: bool = True) -> Iterator[Answer]:

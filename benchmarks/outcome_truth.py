@@ -78,11 +78,10 @@ def compare(scenario: Scenario, number: int = 0) -> Comparison:
         scenario: Scenario to simulate.
         number: Index of the draw.
     """
-    tight = _at(scenario, *TIGHT)
-    truth = simulate(tight)
+    truth = simulate(_at(scenario, TIGHT))
     known = _is_well_conditioned(truth) and all(
         max(_differences(simulate(other), truth).values()) <= SETTLED
-        for other in (_at(scenario, *TIGHTER), _nudged(tight))
+        for other in (_at(scenario, TIGHTER), _at(scenario, TIGHT, NUDGE))
     )
     return Comparison(number, known, _differences(simulate(scenario), truth))
 
@@ -109,16 +108,15 @@ def _compare_drawn(seed: int, index: int) -> Comparison:
     return compare(draw(ANYWHERE, seed, index), index)
 
 
-def _at(scenario: Scenario, relative: float, absolute: float) -> Scenario:
+def _at(scenario: Scenario, tolerances: tuple[float, float], nudge: float = 0.0) -> Scenario:
+    """With relative and absolute tolerance, and perhaps a mass larger by a fraction."""
+    relative, absolute = tolerances
     values = {
         "simulation.relative_tolerance": relative,
         "simulation.absolute_tolerance": absolute,
+        "object.mass": scenario.object.mass * (1.0 + nudge),
     }
     return with_values(scenario, values)
-
-
-def _nudged(scenario: Scenario) -> Scenario:
-    return with_values(scenario, {"object.mass": scenario.object.mass * (1.0 + NUDGE)})
 
 
 def _is_well_conditioned(run: RunResult) -> bool:

@@ -13,37 +13,40 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from pathlib import Path
-from typing import NamedTuple, Protocol
+from importlib import import_module
+from typing import NamedTuple
 
 from benchmarks.outcome_checks import CHECKS, Check, Judgement, judge_run
 from benchmarks.outcome_truth import QUANTITIES, compare, measure_truth
 from benchmarks.random_runs import (
+    IN_SPACE,
     ON_BOUNDS,
     PAIRS,
+    PAIRS_IN_SPACE,
     POPULATIONS,
+    SOFT_GRASPS,
     draw,
     in_processes,
     reported,
 )
 from benchmarks.report import Table
 from slipgrasp.core.run.simulator import prepare_kernel
-from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import scenario_to_toml
 
 COUNT = 20_000
 ON_THEIR_BOUNDS = 2_000  # further runs
 SEED = 14
+JUDGED_BY = {
+    PAIRS_IN_SPACE: "hands_in_space",
+    IN_SPACE: "hands_in_space",
+    SOFT_GRASPS: "soft_grasps",
+}
 
 
-class Judge(Protocol):
-    """A function that checks a run of a scenario."""
-
-    def __call__(self, scenario: Scenario, *, twice: bool) -> Judgement:
-        """See `benchmarks.outcome_checks.judge_run`."""
-        ...
+Judge = Callable[..., Judgement]
+"""A function like `benchmarks.outcome_checks.judge_run`."""
 
 
 class Campaign(NamedTuple):
@@ -68,7 +71,7 @@ class Campaign(NamedTuple):
         }
 
 
-def run(_docs: Path | None = None, seed: int = SEED) -> list[Table]:
+def run(seed: int = SEED) -> list[Table]:
     """The tables ``outcomes``, ``outcomes-endings`` and ``outcomes-truth``."""
     campaigns = [judge_many(PAIRS, COUNT, seed), judge_many(ON_BOUNDS, ON_THEIR_BOUNDS, seed)]
     return [*tabulate(campaigns), measure_truth(seed)]
@@ -144,7 +147,7 @@ def _outcome(campaigns: Sequence[Campaign], checks: Mapping[str, Check]) -> str:
 
 
 def main() -> None:
-    """Prints one run as a scenario file, and its faults."""
+    """Prints one run as a scenario file, its end, and the failed checks with their deviations."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.outcomes", description=main.__doc__)
     parser.add_argument("population", choices=POPULATIONS)
     parser.add_argument("index", type=int)
@@ -152,15 +155,18 @@ def main() -> None:
     options = parser.parse_args()
     prepare_kernel()
     scenario = draw(options.population, options.seed, options.index)
-    judgement = judge_run(scenario)
+    # Those modules import this one.
+    module = import_module(f"benchmarks.{JUDGED_BY.get(options.population, 'outcome_checks')}")
+    judgement = module.judge_run(scenario)
     print(scenario_to_toml(scenario))
     print(f"# {judgement.outcome}")
     for name, by in judgement.missed.items():
-        print(f"# {CHECKS[name].text}: {by:g} {CHECKS[name].unit}".rstrip())
-    comparison = compare(scenario)
-    for name, by in comparison.differences.items():
-        if comparison.known and by > 1.0:
-            print(f"# {QUANTITIES[name]}: {by:g} times that")
+        print(f"# {module.CHECKS[name].text}: {by:g} {module.CHECKS[name].unit}".rstrip())
+    if module.judge_run is judge_run:
+        comparison = compare(scenario)
+        for name, by in comparison.differences.items():
+            if comparison.known and by > 1.0:
+                print(f"# {QUANTITIES[name]}: {by:g} times that")
 
 
 if __name__ == "__main__":

@@ -23,14 +23,14 @@ from slipgrasp.core.kernel.compilation.compiler import entered_by
 from slipgrasp.core.kernel.webassembly.build import build
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.scenario.space import SPATIAL
-from tests.ensure_programs import FLAGS, find_chromium
+from tests.ensure_programs import find_chromium
 
 NATIVE = "this processor"
 _DIGITS = 12
 _X86 = platform.machine() in ("x86_64", "AMD64")
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``portability``, ``preset-hashes`` and ``webassembly``."""
     hashes = {name: _hashes_under(values) for name, values in _code_variants().items()}
     with tempfile.TemporaryDirectory() as folder, _webassembly(Path(folder)) as engines:
@@ -50,7 +50,8 @@ def tabulate(hashes: dict[str, dict[str, str]]) -> Table:
     rows = []
     for case, value in first.items():
         own = value[:_DIGITS]
-        rows.append((case, own, *(_beside(value, other.get(case)) for other in others)))
+        found = (other.get(case, "–") for other in others)
+        rows.append((case, own, *("same" if f == value else f[:_DIGITS] for f in found)))
     different = sum(value != first[case] for other in others for case, value in other.items())
     total = sum(map(len, others))
     note = (
@@ -59,12 +60,6 @@ def tabulate(hashes: dict[str, dict[str, str]]) -> Table:
         f"{present_provenance().kernel}, in space {present_provenance(SPATIAL).kernel}."
     )
     return Table("portability", ("runs", *hashes), tuple(rows), (note,), PORTABILITY)
-
-
-def _beside(value: str, other: str | None) -> str:
-    if other is None:
-        return "–"
-    return "same" if other == value else other[:_DIGITS]
 
 
 def _code_variants() -> dict[str, dict[str, str]]:
@@ -109,14 +104,11 @@ def _webassembly(folder: Path) -> Iterator[dict[str, Engine]]:
     path = folder / "slipgrasp.wasm"
     build(path)
     engines: dict[str, Engine] = {"WebAssembly, wasmtime": TimedWasmtime(path)}
-    chromium = find_chromium()
-    if chromium is None:
+    if find_chromium() is None:
         yield engines
         return
-    from playwright.sync_api import sync_playwright
+    from benchmarks.browser import open_browser
 
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium, args=list(FLAGS))
+    with open_browser() as browser:
         engines[f"WebAssembly, Chromium {browser.version}"] = Chromium(path, browser)
         yield engines
-        browser.close()

@@ -9,11 +9,10 @@ from dataclasses import replace
 
 from benchmarks.hands import holding_hand
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
-from slipgrasp.core.scenario import CONTROL_LAWS, RAIL, SUPPORT, Scenario
+from slipgrasp.core.scenario import CONTROL_LAWS, RAIL, SPATIAL, SUPPORT, Scenario
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     preset_names,
-    spatial_preset_names,
     with_values,
 )
 
@@ -57,7 +56,7 @@ def hashes_in_space(num_random: int = NUM_RANDOM_IN_SPACE) -> dict[str, str]:
     """The hashes of spatial hands, which no engine of WebAssembly runs."""
     from tests.core.drawn_hands_in_space import draw_hand_in_space
 
-    presets = {name: run_hash(load_scenario(name)) for name in spatial_preset_names()}
+    presets = {name: run_hash(load_scenario(name)) for name in preset_names(SPATIAL)}
     drawn = (draw_hand_in_space(f"portable {k}") for k in range(num_random))
     return presets | {f"{num_random} random spatial hands": _hash_of_all(drawn)}
 

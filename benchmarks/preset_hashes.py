@@ -12,7 +12,7 @@ from slipgrasp.core.scenario.loading import preset_names
 NAME = "preset-hashes"
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The table ``preset-hashes``."""
     return [tabulate_presets(preset_hashes())]
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 import os
 import re
 import threading
-from abc import ABC, abstractmethod
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Generic, NamedTuple, Self, TypeVar
 
 _PERIOD = 0.25
 _PROC = Path("/proc")
-_PROPORTIONAL = "Pss"
-_OWN = "Anonymous"
 
 
 S = TypeVar("S")
@@ -32,38 +30,32 @@ class Sample(NamedTuple):
     memory: int
 
 
-class Watch(ABC, Generic[S]):
+class Watch(Generic[S]):
     """Takes samples in a separate thread inside its ``with`` block.
 
     Args:
+        look: Returns a present sample.
         period: Sampling interval [s].
 
     Attributes:
+        look: The same function.
         samples: The samples so far.
     """
 
-    def __init__(self, period: float) -> None:
+    def __init__(self, look: Callable[[], S], period: float) -> None:
         self.samples: list[S] = []
-        self._period = period
+        self.look, self._period = look, period
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._watch, daemon=True)
-
-    @abstractmethod
-    def look(self) -> S:
-        """A present sample."""
+        self._thread = ThreadPoolExecutor(1)
 
     def __enter__(self) -> Self:
-        self._thread.start()
+        self._watching = self._thread.submit(self._watch)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._ended.set()
-        self._thread.join()
+        self._watching.result()
+        self._thread.shutdown()
 
     def _watch(self) -> None:
         while True:
@@ -80,19 +72,17 @@ class MemoryWatch(Watch[Sample]):
     """
 
     def __init__(self, process: int) -> None:
-        super().__init__(_PERIOD)
+        def look() -> Sample:
+            progress = self.progress
+            return Sample(progress, sum(map(memory_of, family_of(process))))
+
+        super().__init__(look, _PERIOD)
         self.progress = 0.0
-        self._process = process
 
     @property
     def peak(self) -> int:
         """Peak memory so far [B]."""
         return max(sample.memory for sample in self.samples)
-
-    def look(self) -> Sample:
-        """Progress of the work, and the memory of all processes."""
-        progress = self.progress
-        return Sample(progress, sum(map(memory_of, family_of(self._process))))
 
 
 def family_of(process: int) -> list[int]:
@@ -107,7 +97,7 @@ def family_of(process: int) -> list[int]:
 
 def memory_of(process: int) -> int:
     """Memory of a process, including its part of shared pages; 0 after its end [B]."""
-    return _rolled_up(process, _PROPORTIONAL)
+    return _kilobytes(process, "smaps_rollup", "Pss")
 
 
 def own_memory_of(process: int) -> int:
@@ -115,12 +105,17 @@ def own_memory_of(process: int) -> int:
 
     Mapped files are excluded, because its part of them depends on the other processes.
     """
-    return _rolled_up(process, _OWN)
+    return _kilobytes(process, "smaps_rollup", "Anonymous")
 
 
-def _rolled_up(process: int, kind: str) -> int:
+def peak_of(process: int) -> int:
+    """Peak resident memory of a process so far; 0 after its end [B]."""
+    return _kilobytes(process, "status", "VmHWM")
+
+
+def _kilobytes(process: int, file: str, kind: str) -> int:
     with suppress(OSError):
-        text = (_PROC / str(process) / "smaps_rollup").read_text(encoding="ascii")
+        text = (_PROC / str(process) / file).read_text(encoding="utf-8")
         if (found := re.search(rf"^{kind}:\s*(\d+) kB", text, re.MULTILINE)) is not None:
             return 1024 * int(found[1])
     return 0

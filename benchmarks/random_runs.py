@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from random import Random
 from typing import TypeVar
@@ -19,7 +20,6 @@ AT_ENDS, ON_BOUNDS, ANYWHERE = "any, at the ends of ranges", "theorem 4, on its 
 IN_SPACE = "in space, at the ends of ranges"
 PAIRS, PAIRS_IN_SPACE = "everything, in pairs", "everything in space, in pairs"
 SOFT_GRASPS = "soft grasps"
-CHAINS = "chains in the plane"
 
 MAX_STEPS = 200_000
 MASS, FRICTION = (0.5, 2.0), (0.15, 0.6)
@@ -79,42 +79,20 @@ def _begin() -> None:
     prepare_kernel()
 
 
-def _in_pairs(seed: int, index: int) -> Scenario:
+def _in_pairs(spatial: bool, seed: int, index: int) -> Scenario:
     """All settings, so that every pair of their levels occurs."""
     from tests.core.drawn_pairs import draw_in_pairs
 
-    return draw_in_pairs(seed, index, spatial=False).scenario
+    return draw_in_pairs(seed, index, spatial=spatial).scenario
 
 
-def _chains(seed: int, index: int) -> Scenario:
-    """All settings of planar hands, in pairs, with chains in place of most fingers of links."""
-    from tests.core.drawn_chains import with_chains
-    from tests.core.drawn_pairs import draw_in_pairs
-
-    return with_chains(draw_in_pairs(seed, index, spatial=False).scenario, f"{seed} {index}")
-
-
-def _pairs_in_space(seed: int, index: int) -> Scenario:
-    """The same for spatial hands."""
-    from tests.core.drawn_pairs import draw_in_pairs
-
-    return draw_in_pairs(seed, index, spatial=True).scenario
-
-
-def _at_ends(seed: int, index: int) -> Scenario:
-    """Any law, motion, outline, push, patch and imperfection, at the ends of their ranges."""
+def _drawn(at_ends: bool, seed: int, index: int) -> Scenario:
+    """Any law, motion, outline, push, patch, imperfection; perhaps at the ends of ranges."""
     from tests.core.drawn_scenarios import AtEnds, draw_kind, draw_scenario
 
     name = f"{seed} {index}"
-    return draw_scenario(draw_kind(Random(f"kind {name}")), name, AtEnds)
-
-
-def _anywhere(seed: int, index: int) -> Scenario:
-    """The same, anywhere in their ranges."""
-    from tests.core.drawn_scenarios import draw_kind, draw_scenario
-
-    name = f"{seed} {index}"
-    return draw_scenario(draw_kind(Random(f"kind {name}")), name)
+    kind = draw_kind(Random(f"kind {name}"))
+    return draw_scenario(kind, name, AtEnds) if at_ends else draw_scenario(kind, name)
 
 
 def _on_bounds(seed: int, index: int) -> Scenario:
@@ -162,12 +140,11 @@ def _soft_grasps(seed: int, index: int) -> Scenario:
 
 
 POPULATIONS: dict[str, Callable[[int, int], Scenario]] = {
-    PAIRS: _in_pairs,
-    PAIRS_IN_SPACE: _pairs_in_space,
-    AT_ENDS: _at_ends,
+    PAIRS: partial(_in_pairs, False),
+    PAIRS_IN_SPACE: partial(_in_pairs, True),
+    AT_ENDS: partial(_drawn, True),
     ON_BOUNDS: _on_bounds,
-    ANYWHERE: _anywhere,
+    ANYWHERE: partial(_drawn, False),
     IN_SPACE: _in_space,
     SOFT_GRASPS: _soft_grasps,
-    CHAINS: _chains,
 }

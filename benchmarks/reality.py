@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -54,7 +54,7 @@ class Prediction:
     spins: bool
 
 
-def run(_docs: Path | None = None, data: Path | None = None, seed: int = SEED) -> list[Table]:
+def run(data: Path | None = None, seed: int = SEED) -> list[Table]:
     """The tables ``reality-models``, ``reality-radius`` and ``reality-plain``."""
     if data is None:
         raise SystemExit("reality needs --data DIR, a clone of DAIRLab/contact-nets")
@@ -160,10 +160,9 @@ def predict(slide: Slide, model: Model, fitted: Fitted) -> Prediction:
     start, _ = fit_start(slide, model, fitted.friction, fitted.radius, FIRST_SAMPLES)
     speed = float(np.hypot(start[0], start[1]))
     motion = model(speed, float(start[2]), fitted.friction, fitted.radius)
-    measured = float(np.linalg.norm(slide.position[-1] - slide.position[0]))
     path, angle = motion.at(slide.times[-1:])
     return Prediction(
-        stop=float(path[0]) / measured - 1.0,
+        stop=float(path[0]) / _length(slide) - 1.0,
         yaw=float(angle[0] - (slide.yaw[-1] - slide.yaw[0])),
         spins=spins(slide),
     )
@@ -171,23 +170,21 @@ def predict(slide: Slide, model: Model, fitted: Fitted) -> Prediction:
 
 def _plain(slides: Sequence[Slide], resting: Sequence[Slide]) -> Table:
     """Friction from the slope of the speed, and the simple formula of the stop distance."""
-    frictions = np.array([_slope(slide) for slide in slides])
-    middle = float(np.median(frictions))
-    errors = [
-        stop_distance(MODELS["no spin coupling"], _speed(slide), 0.0, middle, 0.0) / _length(slide)
-        for slide in resting
-    ]
-    low, high = np.percentile(frictions, [25, 75])
+    low, middle, high = np.percentile([_slope(slide) for slide in slides], [25, 50, 75])
+    model = MODELS["no spin coupling"]
+    lengths = np.array([_length(slide) for slide in resting])
+    speeds = (float(np.hypot(*slide.velocity[0])) for slide in resting)
+    errors = [stop_distance(model, speed, 0.0, middle, 0.0) for speed in speeds] / lengths - 1.0
     rows = (
         ("slides", str(len(slides))),
         ("of these with their end at rest", str(len(resting))),
         ("of these that start with a spin above 1.5 rad/s", str(sum(map(spins, slides)))),
-        ("median length of those that come to rest", f"{1e3 * _median(resting, _length):.1f} mm"),
+        ("median length of those that come to rest", f"{1e3 * np.median(lengths):.1f} mm"),
         ("friction from the slope of the speed, median", f"{middle:.3f}"),
         ("its quartiles", f"{low:.3f} … {high:.3f}"),
         (
             "error of the stop distance u² / (2 mu g), median, in sample",
-            f"{100.0 * float(np.median(np.abs(np.array(errors) - 1.0))):.1f} %",
+            f"{100.0 * float(np.median(np.abs(errors))):.1f} %",
         ),
     )
     return Table("reality-plain", ("quantity", "value"), rows, page=PAGE)
@@ -202,16 +199,8 @@ def _slope(slide: Slide) -> float:
     return float(-slope / 9.81)
 
 
-def _speed(slide: Slide) -> float:
-    return float(np.hypot(*slide.velocity[0]))
-
-
 def _length(slide: Slide) -> float:
     return float(np.linalg.norm(slide.position[-1] - slide.position[0]))
-
-
-def _median(slides: Sequence[Slide], of: Callable[[Slide], float]) -> float:
-    return float(np.median([of(slide) for slide in slides]))
 
 
 def _models(fitted: Sequence[Slide], held_out: Sequence[Slide]) -> Table:
@@ -219,26 +208,16 @@ def _models(fitted: Sequence[Slide], held_out: Sequence[Slide]) -> Table:
     for name, model in MODELS.items():
         found = fit_all(fitted, model, with_radius=name != "no spin coupling")
         predicted = [predict(slide, model, found) for slide in held_out]
-        stops = 100.0 * np.abs([each.stop for each in predicted])
         spinning = [each for each in predicted if each.spins]
-        spinning_stops = 100.0 * np.abs([each.stop for each in spinning])
-        turned = np.degrees(np.abs([each.yaw for each in spinning]))
         radius = f"{1e3 * found.radius:.1f} mm" if found.radius else "–"
-        rows.append(
-            (
-                name,
-                f"{found.friction:.4f}",
-                radius,
-                f"{np.median(stops):.1f} %",
-                f"{np.median(spinning_stops):.1f} %",
-                f"{np.median(turned):.1f}°",
-            )
-        )
-    num_spinning = sum(map(spins, held_out))
+        stops = (np.median(np.abs([p.stop for p in each])) for each in (predicted, spinning))
+        turned = np.degrees(np.median(np.abs([each.yaw for each in spinning])))
+        cells = (*(f"{100.0 * stop:.1f} %" for stop in stops), f"{turned:.1f}°")
+        rows.append((name, f"{found.friction:.4f}", radius, *cells))
     note = (
-        f"{len(fitted)} slides fitted, {len(held_out)} predicted, of which {num_spinning} spin; "
-        f"the start of each is known from its first {FIRST_SAMPLES} samples. Medians of absolute "
-        "errors."
+        f"{len(fitted)} slides fitted, {len(held_out)} predicted, of which "
+        f"{sum(map(spins, held_out))} spin; the start of each is known from its first "
+        f"{FIRST_SAMPLES} samples. Medians of absolute errors."
     )
     heads = (
         "model",

@@ -11,7 +11,7 @@ sampled, and their torques are held.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +38,12 @@ class Replay(NamedTuple):
     times: Floats  # (rows,) [s]
     object_pose: Floats  # (rows, 3) [m, m, rad], in space (rows, 7) [m, 1]
     slip: Floats  # (rows, n), in space (rows, 2 n) [m]
+
+    @classmethod
+    def at_steps(cls, step: float, poses: list[Floats], slips: list[Floats]) -> Replay:
+        """The motion at the ends of equal steps [s]."""
+        times = np.linspace(step, step * len(poses), len(poses))
+        return cls(times, np.array(poses), np.array(slips))
 
 
 class Differences(NamedTuple):
@@ -115,11 +121,17 @@ def compare(result: RunResult, replay: Replay, step: float) -> Differences:
     )
 
 
-def format_table(title: str, rows: Iterable[Differences]) -> str:
-    """The differences as lines of text, in micrometres and microradians."""
+def print_differences(engine: str, measure: Callable[[str], Iterable[Differences]]) -> None:
+    """Prints the differences of both cases, in micrometres and microradians.
+
+    Args:
+        engine: Name of the engine.
+        measure: Measures those of a preset.
+    """
     heads = ("step [ms]", "position", "angle", "slip", "final slip", "slip end [ms]")
-    lines = [f"{title}, largest differences [um, urad]", "".join(f"{head:>14}" for head in heads)]
-    for row in rows:
-        small = "".join(f"{1e6 * value:14.3f}" for value in row[1:5])
-        lines.append(f"{1e3 * row.step:14.4f}{small}{1e3 * row.slip_end:14.3f}")
-    return "\n".join(lines)
+    for name in CASES:
+        print(f"{name} in {engine}, {DURATION} s, largest differences [um, urad]")
+        print("".join(f"{head:>14}" for head in heads))
+        for row in measure(name):
+            small = "".join(f"{1e6 * value:14.3f}" for value in row[1:5])
+            print(f"{1e3 * row.step:14.4f}{small}{1e3 * row.slip_end:14.3f}")

@@ -3,38 +3,25 @@
 from __future__ import annotations
 
 import tempfile
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import uvicorn
 
-from benchmarks.headless_viewer import HeadlessViewer, session_state
+from benchmarks.headless_viewer import HeadlessViewer, content_of, session_state
 from benchmarks.report import Table
+from benchmarks.service import serve
 from benchmarks.timing import MILLISECONDS
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.writer import write_recording
-from slipgrasp.server.app import server_config
-from slipgrasp.server.settings import Settings
-from slipgrasp.web.app import create_dashboard_app
 
-SEEKS = 300
-DURATION = 60.0
 _FIRST_SEEK = 0.5
 
 
-def run(_docs: Path | None = None) -> list[Table]:
-    """The table ``replay-seek``."""
-    return [measure_seek()]
-
-
-def measure_seek(seeks: int = SEEKS, duration: float = DURATION) -> Table:
-    """Time from a move of the slider until scene and charts are received.
+def run(seeks: int = 300, duration: float = 60.0) -> list[Table]:
+    """The table ``replay-seek``: time from the slider to the messages of scene and charts.
 
     Args:
         seeks: Number of random times.
@@ -45,7 +32,11 @@ def measure_seek(seeks: int = SEEKS, duration: float = DURATION) -> Table:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.mcap"
         write_recording(result, path)
-        with _serving(Path(folder) / "data", path) as url, HeadlessViewer(url) as viewer:
+        program = ("slipgrasp", "replay", str(path))
+        with (
+            serve(Path(folder) / "data", program) as service,
+            HeadlessViewer(service.socket) as viewer,
+        ):
             _open_whole_run(viewer)
             opened, waits = viewer.bytes_received, _seek(viewer, seeks, duration)
             sent = (viewer.bytes_received - opened) / seeks
@@ -57,28 +48,12 @@ def measure_seek(seeks: int = SEEKS, duration: float = DURATION) -> Table:
         f"{opened / 1e3:.0f} kB."
     )
     heads = (f"seek in {duration:g} s of case I", "time [ms]")
-    return Table("replay-seek", heads, tuple(rows), (note,))
-
-
-@contextmanager
-def _serving(folder: Path, recording: Path) -> Iterator[str]:
-    """A dashboard that opens a recording, and the address of its websocket."""
-    settings = Settings(data_directory=folder)
-    server = uvicorn.Server(server_config(create_dashboard_app(settings, recording), settings))
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    try:
-        while not server.started:
-            time.sleep(0.01)
-        yield f"ws://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}/"
-    finally:
-        server.should_exit = True
-        thread.join()
+    return [Table("replay-seek", heads, tuple(rows), (note,))]
 
 
 def _open_whole_run(viewer: HeadlessViewer) -> None:
     """Waits for the recording, stops the play head and shows the whole run."""
-    viewer.wait_for(lambda message: "Replay" in _content(message))
+    viewer.wait_for(lambda message: "Replay" in content_of(message))
     viewer.post(kind="choose-window", choice="whole run")
     viewer.post(kind="seek", time=_FIRST_SEEK)
     viewer.wait_for(lambda message: _time_told(message) == _FIRST_SEEK)
@@ -98,11 +73,5 @@ def _seek(viewer: HeadlessViewer, seeks: int, duration: float) -> list[float]:
 
 def _time_told(message: dict[str, Any]) -> float | None:
     """Time of the play head at rest, as stated by the session [s]."""
-    state = session_state(_content(message))
+    state = session_state(content_of(message))
     return None if state is None or state["playing"] else state["time"]
-
-
-def _content(message: dict[str, Any]) -> str:
-    """The text that a message adds to the page."""
-    content = message.get("updates", {}).get("content", "")
-    return content if isinstance(content, str) else ""

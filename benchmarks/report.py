@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,6 +31,28 @@ class Table(NamedTuple):
     page: str = "benchmarks.md"
 
 
+def table_of_columns(
+    name: str,
+    head: str,
+    labels: Iterable[str],
+    columns: Mapping[str, Sequence[str]],
+    notes: tuple[str, ...] = (),
+    page: str = "benchmarks.md",
+) -> Table:
+    """A table from its columns.
+
+    Args:
+        name: Its name.
+        head: Head of the first column.
+        labels: Cells of the first column.
+        columns: Cells of the other columns, by head.
+        notes: Sentences below the table.
+        page: Its page.
+    """
+    rows = tuple(zip(labels, *columns.values(), strict=True))
+    return Table(name, (head, *columns), rows, notes, page)
+
+
 def format_text(table: Table) -> str:
     """The table as aligned lines, with its notes below."""
     columns = zip(table.heads, *table.rows, strict=True)
@@ -42,10 +64,13 @@ def format_text(table: Table) -> str:
 
 def judge(value: float, target: float, aim: float | None = None) -> str:
     """Whether a ratio reaches its target and its further aim, as text."""
-    words = f"{value:.1f} times; target {target:g}: {'met' if value >= target else 'missed'}"
-    if aim is not None:
-        words += f", aim {aim:g}: {'met' if value >= aim else 'missed'}"
-    return words
+    words = f"{value:.1f} times; target {target:g}: {met(value >= target)}"
+    return words if aim is None else f"{words}, aim {aim:g}: {met(value >= aim)}"
+
+
+def met(holds: bool) -> str:
+    """Whether a target is met, as text."""
+    return "met" if holds else "missed"
 
 
 def share_interval(part: int, whole: int) -> tuple[float, float]:

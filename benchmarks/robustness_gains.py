@@ -1,17 +1,11 @@
 """Every law with its best tracking controller in every world, with and without prediction.
 
-    python -m benchmarks.robustness_gains CELLS.jsonl
-
-measures the cells missing from the file, and appends each one when it is finished; it may be
-stopped at any time, and several processes can share the work, each with a ``--part`` of it.
-
 Laws are compared with the gains that hold most objects of one draw (`TUNING_SEED`); the results are
 those of another draw, because the same objects would favour the chosen gains.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -19,17 +13,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.robustness import SEED
-from benchmarks.robustness_hands import hand_of
 from benchmarks.robustness_worlds import (
     LATE,
     LAWS,
     PUBLISHED_LAWS,
+    SEED,
     WORLDS,
     Held,
+    hand_of,
     load_published_laws,
     run_object,
-    vary_objects,
+    runs_in_world,
 )
 from slipgrasp.core.scenario import Scenario
 
@@ -201,7 +195,7 @@ def scenarios_of(cell: Cell, gains: Gains, count: int, seed: int = SEED) -> Iter
     """
     tuned = {**set_gains(gains), "controller.prediction": cell.predicts}
     hand = hand_of(cell.fingers)
-    return vary_objects(hand, cell.law, cell.world, count, tuned=tuned, seed=seed)
+    return runs_in_world(hand, cell.law, cell.world, count, tuned=tuned, seed=seed)
 
 
 def measure_best(
@@ -232,23 +226,11 @@ def measure_best(
             held = sum(one.held for one in run(each, tuned, TUNING_SEED))
             chosen = each if held > max(tried) else chosen
             tried.append(held)
-    return report(run, chosen, tuple(tried), count)
-
-
-def report(run: Runs, chosen: Gains, tried: tuple[int, ...], count: int) -> Result:
-    """Runs the objects of the results with the chosen gains.
-
-    Args:
-        run: Runs objects, given gains, their number and the seed of their draw.
-        chosen: The gains.
-        tried: Number of objects of the tuning draw held with each.
-        count: Number of objects.
-    """
     runs = run(chosen, count, SEED)
     paths, safety = [each.path for each in runs], [each.safety for each in runs if each.held]
     return Result(
         chosen,
-        tried,
+        tuple(tried),
         len(runs),
         sum(each.held for each in runs),
         sum(each.kept for each in runs),
@@ -266,17 +248,3 @@ def set_gains(gains: Gains) -> dict[str, float]:
 def _merit(runs: Sequence[Held]) -> tuple[int, int, float]:
     slipped = round(float(np.mean([run.path for run in runs])), 5)  # rounding must not decide
     return sum(run.held for run in runs), sum(run.kept for run in runs), -slipped
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Measures the cells missing from a file."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("cells", type=Path, help="JSON lines; made if it is not there")
-    parser.add_argument("--part", default="1/1", help="K/N: every N-th cell from the K-th (1/1)")
-    options = parser.parse_args(arguments)
-    part, parts = map(int, options.part.split("/"))
-    measure_cells(plan()[part - 1 :: parts], options.cells)
-
-
-if __name__ == "__main__":
-    main()

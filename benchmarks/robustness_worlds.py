@@ -6,27 +6,25 @@ except for the gains of its tracking controller and prediction (`benchmarks.robu
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.robustness import (
-    EXACT,
-    INERTIA_PER_MASS,
-    SEED,
-    noise_seed,
-    random_objects,
-)
+from benchmarks.hands import holding_hand
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import run_to_end
-from slipgrasp.core.scenario import Scenario
+from slipgrasp.core.scenario import Estimate, Scenario
 from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 
+SEED = 20
+MASS, FRICTION = (0.5, 2.0), (0.15, 0.6)
+INERTIA_PER_MASS = 0.01042
 DURATION = 3.0  # [s], of which one for probing a grip that is initially too strong
 EVENT = 1.5  # time of an event [s]
 FIRST_FORCE = 30.0  # normal force of both fingertips at the start [N]
@@ -35,6 +33,7 @@ GRAVITY = 9.81
 SAFETY = 1.05
 FIRST_FRICTION = SAFETY * ESTIMATED_MASS * GRAVITY / (2.0 * FIRST_FORCE)  # gives that force
 
+EXACT = {"controller.distribution": "exact", "controller.prediction": False}
 PUBLISHED_FILE = Path(__file__).parents[1] / "examples" / "laws" / "field.py"
 # Published laws: their classes, and the parameters known from the start of the run.
 PUBLISHED_LAWS: dict[str, tuple[str, tuple[str, ...]]] = {
@@ -62,6 +61,8 @@ SETTINGS: dict[str, Any] = {
     "controller.velocity_noise": 6e-3,
     "sensing.slip_detector": "cumulative-sum",
 }
+# Errors of the model load weak contacts by more than their normal forces allow.
+MORE_SETTINGS = {"controller.grip_safety": 1.2, "controller.minimum_normal_force": 10.0}
 
 
 def noisy_motion(noise: float) -> dict[str, Any]:
@@ -141,7 +142,38 @@ def load_published_laws() -> None:
         load_law(f"{PUBLISHED_FILE}:{name}")
 
 
+def random_objects(count: int, fingers: int = 2, seed: int = SEED) -> np.ndarray:
+    """Mass [kg] and friction coefficients, uniform and independent: ``(count, 1 + fingers)``."""
+    low, high = np.array([MASS, *[FRICTION] * fingers]).T
+    return np.random.default_rng(seed).uniform(low, high, (count, 1 + fingers))
+
+
 def vary_objects(
+    base: Scenario,
+    objects: np.ndarray,
+    seed: int = SEED,
+    more: Callable[[dict[str, float]], dict[str, Any]] = lambda truth: {},
+) -> Iterator[Scenario]:
+    """One run per object, each with separate noise, of a second by default.
+
+    Args:
+        base: Hand, law, motion and sensors.
+        objects: Mass and friction coefficients, ``(objects, 1 + fingers)``.
+        seed: Seed of their draw.
+        more: Further values of a scenario, given those of its object.
+    """
+    for k, (mass, *frictions) in enumerate(objects.tolist()):
+        truth = {
+            "object.mass": mass,
+            "object.inertia": INERTIA_PER_MASS * mass,
+            **{f"fingers.{i}.friction": mu for i, mu in enumerate(frictions)},
+        }
+        # Every object of every draw has a different noise.
+        noise = {"simulation.seed": k + 10**6 * (seed - SEED), "simulation.duration": 1.0}
+        yield with_values(base, {**truth, **noise, **more(truth)})
+
+
+def runs_in_world(
     base: Scenario,
     law: str,
     world: str,
@@ -150,7 +182,7 @@ def vary_objects(
     tuned: Mapping[str, Any] = MappingProxyType({}),
     seed: int = SEED,
 ) -> Iterator[Scenario]:
-    """Runs of every object in one world, each with separate noise.
+    """Runs of every object in one world.
 
     Args:
         base: The hand, set for the composite law.
@@ -162,40 +194,29 @@ def vary_objects(
     """
     base = with_values(base, {**LAWS[law], **tuned})
     _, known = PUBLISHED_LAWS.get(law, ("", ()))
-    objects = random_objects(count, len(base.fingers), seed)
-    for k, (mass, *frictions) in enumerate(objects.tolist()):
-        truth = {
-            "object.mass": mass,
-            "object.inertia": INERTIA_PER_MASS * mass,
-            **{f"fingers.{i}.friction": mu for i, mu in enumerate(frictions)},
-        }
+
+    def more(truth: dict[str, float]) -> dict[str, Any]:
         initial = {
             f"estimates.{k}.initial": truth[estimate.parameter]
             for k, estimate in enumerate(base.estimates)
             if estimate.parameter.startswith(known)
         }
-        values = {
-            **initial,
-            **truth,
-            "simulation.seed": noise_seed(k, seed),
-            "simulation.duration": DURATION,
-            "simulation.output_rate": 20.0,
-            **_happening(WORLDS[world], mass, frictions),
-        }
-        yield with_values(base, values)
+        rates = {"simulation.duration": DURATION, "simulation.output_rate": 20.0}
+        return {**initial, **rates, **_happening(WORLDS[world], truth)}
+
+    return vary_objects(base, random_objects(count, len(base.fingers), seed), seed, more)
 
 
-def _happening(world: Mapping[str, Any], mass: float, frictions: Sequence[float]) -> dict[str, Any]:
+def _happening(world: Mapping[str, Any], truth: Mapping[str, float]) -> dict[str, Any]:
     """Values of a scenario in a world, with the changes of this object during the run."""
-    changes = []
-    if "friction" in world:
-        changes = [
-            {"time": EVENT, "parameter": f"fingers.{i}.friction", "value": world["friction"] * mu}
-            for i, mu in enumerate(frictions)
-        ]
-    if "mass" in world:
-        grown = world["mass"] * mass
-        changes = [{"time": EVENT, "parameter": "object.mass", "value": grown}]
+    frictions = [key for key in truth if key.endswith(".friction")]
+    changed = {"friction": frictions, "mass": ["object.mass"]}
+    changes = [
+        {"time": EVENT, "parameter": key, "value": world[name] * truth[key]}
+        for name, keys in changed.items()
+        if name in world
+        for key in keys
+    ]
     of_fingers = {
         f"fingers.{i}.{key}": value
         for key, value in world.get("every finger", {}).items()
@@ -205,10 +226,23 @@ def _happening(world: Mapping[str, Any], mass: float, frictions: Sequence[float]
     return {**values, **of_fingers, "changes": changes}
 
 
-def two_fingers() -> Scenario:
-    """The hand of case II, with the friction estimate that gives the first normal force."""
-    estimates = {f"estimates.{i}.initial": FIRST_FRICTION for i in range(2)}
-    return with_values(load_scenario("composite-case-2"), {**SETTINGS, **estimates})
+def hand_of(n: int) -> Scenario:
+    """Two and three fingers as in their presets; more fingers on the two faces of case II.
+
+    Two fingers have the friction estimate that gives the first normal force.
+    """
+    base = load_scenario("three-fingers" if n == 3 else "composite-case-2")
+    if n == 2:
+        estimates = {f"estimates.{i}.initial": FIRST_FRICTION for i in range(2)}
+        return with_values(base, {**SETTINGS, **estimates})
+    if n > 3:
+        unknowns = tuple(
+            Estimate(parameter=f"fingers.{i}.friction", initial=1.2, minimum=0.05, maximum=2.0)
+            for i in range(n)
+        )
+        estimates = (*unknowns, *base.estimates[2:])
+        base = replace(base, fingers=holding_hand(n).fingers, estimates=estimates)
+    return with_values(base, {**SETTINGS, **MORE_SETTINGS})
 
 
 def run_object(scenario: Scenario) -> Held:

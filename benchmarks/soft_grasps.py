@@ -3,25 +3,20 @@
 Hands of two to four fingers of every kind, with pads on some or all fingertips, are judged as those
 of `benchmarks.hands_in_space`, and by what soft fingertips add. A law that does not know of their
 moments must be refused in a sentence.
-
-`python -m benchmarks.soft_grasps INDEX [--seed N]` prints a single run as a scenario file, and
-what is wrong with it.
 """
 
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import numpy as np
 
+from benchmarks import hands_in_space
 from benchmarks.hands_in_space import (
-    CHECKS_IN_SPACE,
     SAME_VELOCITY,
     eccentricities,
     find_missed_in_space,
     friction_of,
-    print_judged,
     slide_of,
 )
 from benchmarks.outcome_checks import Check, Judgement, ledger_error, simulate_runs, velocity_jump
@@ -41,7 +36,7 @@ REFUSED = ("theorem-3", "theorem-4")
 SENTENCE = re.compile(
     r"controller\.kind is '\S+', which is not computed for soft fingertips yet; .+"
 )
-CHECKS_OF_SOFT = CHECKS_IN_SPACE | {
+CHECKS = hands_in_space.CHECKS | {
     "cone": Check("a wrench outside its limit surface, or off it in slip, by more than 1e-9"),
     "ledger": Check("energy balance off by more than 1e-6 J and 1e-9 of the largest energy", "J"),
     "against": Check("friction off a slip above 10 um/s by more than 1e-3", "rad"),
@@ -50,13 +45,13 @@ CHECKS_OF_SOFT = CHECKS_IN_SPACE | {
 }
 
 
-def run(_docs: Path | None = None, seed: int = SEED, count: int = COUNT) -> list[Table]:
+def run(seed: int = SEED, count: int = COUNT) -> list[Table]:
     """The tables ``soft-grasps`` and ``soft-grasps-endings``."""
-    campaign = judge_many(SOFT_GRASPS, count, seed, judge_soft_grasp)
-    return tabulate([campaign], "soft-grasps", CHECKS_OF_SOFT)
+    campaign = judge_many(SOFT_GRASPS, count, seed, judge_run)
+    return tabulate([campaign], "soft-grasps", CHECKS)
 
 
-def judge_soft_grasp(scenario: Scenario, *, twice: bool = True) -> Judgement:
+def judge_run(scenario: Scenario, *, twice: bool = True) -> Judgement:
     """Runs a scenario of a soft grasp, perhaps once more with an output of 10 kHz, and judges it.
 
     Args:
@@ -143,7 +138,3 @@ def _is_refused(scenario: Scenario, law: str) -> bool:
     except ScenarioError as error:
         return any(SENTENCE.fullmatch(each.message) for each in error.errors)
     return False
-
-
-if __name__ == "__main__":
-    print_judged("benchmarks.soft_grasps", SOFT_GRASPS, judge_soft_grasp, CHECKS_OF_SOFT)

@@ -5,14 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numba
 
 from benchmarks.mujoco_replay import measure_differences
 from benchmarks.replay import DURATION, STEPS
-from benchmarks.report import Table, judge
+from benchmarks.report import Table, met
 from benchmarks.speed import profile_runs, race_mujoco
 from benchmarks.timing import median_seconds
 from slipgrasp.core.kernel.compilation.records import Record
@@ -27,18 +26,15 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 CASE = "spatial-prism"
 ROUNDS = 15
 CALLS = 100_000
-SOFT_CASE, PAD_RADIUS = "spatial-composite", 0.015  # [m]
+PAD_RADIUS = 0.015  # [m]
 
 _ALONE = (1.0, 2.0)  # target and aim against MuJoCo alone
 _NUMPY = 2.5  # target against MuJoCo with a controller in NumPy
 _EVALUATION = 5.0  # target of one evaluation of the plant [us]
 _MOMENTS = {"slipping": 0.05, "sticking": 1.0}  # [s]
-_SOFT = 2.0  # target: soft over hard fingertips
-_CHAIN = 3.0  # target: chains over fingers in closed form
-_SOFT_MOMENTS = {"slipping": 0.002, "sticking": 0.5}  # [s]
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``space-speed``, ``-profile``, ``-units``, ``-soft``, ``-chain``, ``-mujoco``."""
     return [*measure_cost(), measure_units(), measure_soft(), measure_chain(), measure_motion()]
 
@@ -50,16 +46,15 @@ def measure_cost(rounds: int = ROUNDS, duration: float = 7.0) -> tuple[Table, Ta
         rounds: Number of timings of each.
         duration: Simulated time of every run [s].
     """
-    case = with_values(load_scenario(CASE), {"simulation.duration": duration})
-    name = f"{CASE}, 1 kHz control"
-    heads, rows, ratios = race_mujoco(case, {name: case}, rounds, duration)
-    alone, with_numpy = ratios[name]
-    notes = (
-        f"Against MuJoCo alone: {judge(alone, *_ALONE)}.",
-        f"Against MuJoCo with the law in NumPy: {judge(with_numpy, _NUMPY)}.",
-    )
-    parts = profile_runs({name: case}, rounds, duration)
-    return Table("space-speed", heads, rows, notes), Table("space-profile", *parts)
+    runs = {
+        f"{CASE}, 1 kHz control": with_values(
+            load_scenario(CASE), {"simulation.duration": duration}
+        )
+    }
+    (case,) = runs.values()
+    targets = ("Against MuJoCo alone", _ALONE, _NUMPY)
+    speed = race_mujoco("space-speed", case, runs, rounds, duration, targets)
+    return speed, profile_runs("space-profile", runs, rounds, duration)
 
 
 def measure_units(calls: int = CALLS) -> Table:
@@ -71,8 +66,8 @@ def measure_units(calls: int = CALLS) -> Table:
     found = {words: _time_units(moment, calls) for words, moment in _MOMENTS.items()}
     rows = tuple((part, *(f"{found[words][part]:.2f}" for words in found)) for part in _PARTS)
     worst = max(times["plant"] for times in found.values())
-    met = "met" if worst <= _EVALUATION else "missed"
-    note = f"The plant takes {worst:.2f} us at most; target {_EVALUATION:g} us: {met}."
+    outcome = met(worst <= _EVALUATION)
+    note = f"The plant takes {worst:.2f} us at most; target {_EVALUATION:g} us: {outcome}."
     return Table("space-units", (f"{CASE}, one call", *(f"{w} [us]" for w in found)), rows, (note,))
 
 
@@ -126,10 +121,11 @@ def _repeated(unit: Any) -> Callable[[int, tuple[Any, ...]], None]:
 
 def measure_soft(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
     """CPU time of the plant with soft and with hard fingertips at the same states, in turns."""
-    hard = load_scenario(SOFT_CASE)
+    hard = load_scenario("spatial-composite")
     pads = {f"fingers.{i}.pad_radius": PAD_RADIUS for i in range(len(hard.fingers))}
     pair = {"hard": hard, "soft": with_values(hard, pads)}
-    return _compare_plants("space-soft", pair, _SOFT, _SOFT_MOMENTS, calls, rounds)
+    moments = {"slipping": 0.002, "sticking": 0.5}  # [s]
+    return _compare_plants("space-soft", pair, 2.0, moments, calls, rounds)
 
 
 def measure_chain(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
@@ -138,7 +134,7 @@ def measure_chain(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
 
     closed = load_scenario(CASE)
     pair = {"closed form": closed, "chain": as_chains(closed)}
-    return _compare_plants("space-chain", pair, _CHAIN, _MOMENTS, calls, rounds)
+    return _compare_plants("space-chain", pair, 3.0, _MOMENTS, calls, rounds)
 
 
 def _compare_plants(
@@ -171,8 +167,7 @@ def _compare_plants(
         ratio = times[second] / times[first]
         rows.append((words, *(f"{1e6 * times[kind] / calls:.2f}" for kind in pair), f"{ratio:.2f}"))
         worst = max(worst, ratio)
-    met = "met" if worst <= target else "missed"
-    note = f"At most {worst:.2f} times as long; target {target:g}: {met}."
+    note = f"At most {worst:.2f} times as long; target {target:g}: {met(worst <= target)}."
     heads = ("the plant, three contacts", *(f"{kind} [us]" for kind in pair), "ratio")
     return Table(name, heads, tuple(rows), (note,))
 
@@ -184,21 +179,20 @@ def measure_motion(steps: Sequence[float] = STEPS, duration: float = DURATION) -
         steps: MuJoCo's time steps [s]; the last one is half of the one before.
         duration: Simulated time [s].
     """
-    *finite, limit = measure_differences(CASE, steps, duration)
     rows = [
         (
             f"{1e3 * row.step:g} ms" if row.step else "0, by the two last",
             *(f"{1e6 * value:.2f}" for value in row[1:5]),
             f"{1e6 * row.slip_end:.0f}" if row.step else "",
         )
-        for row in (*finite, limit)
+        for row in measure_differences(CASE, steps, duration)
     ]
-    heads = (
-        f"{CASE}, {duration:g} s in MuJoCo, step",
+    case = f"{CASE}, {duration:g} s in MuJoCo, step"
+    names = (
         "position [um]",
         "turn [urad]",
         "slip [um]",
         "slip in the end [um]",
         "ends of slip [us]",
     )
-    return Table("space-mujoco", heads, tuple(rows))
+    return Table("space-mujoco", (case, *names), tuple(rows))

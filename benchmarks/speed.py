@@ -5,7 +5,9 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
+from functools import partial
+
+import numpy as np
 
 from benchmarks.mujoco_hold import STEP, hold_by_actuators, hold_by_numpy
 from benchmarks.report import Table, judge
@@ -22,11 +24,8 @@ CONTROL = {"continuous control": 0.0, "1 kHz control": 0.001}
 _ALONE = (10.0, 25.0)  # target and aim of case I, continuous, against MuJoCo alone
 _NUMPY = 25.0  # target against MuJoCo with a controller in NumPy
 
-_ENGINE = "MuJoCo, 1 ms, held by its own actuators"
-_WITH_NUMPY = "MuJoCo, 1 ms, a PD law in NumPy at every step"
 
-
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``speed`` and ``profile``."""
     return [compare_speed(), profile()]
 
@@ -38,41 +37,49 @@ def compare_speed(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
         rounds: Number of timings of each.
         duration: Simulated time of every run [s].
     """
-    runs = dict(_scenarios(duration))
-    heads, rows, ratios = race_mujoco(load_scenario(CASES[0]), runs, rounds, duration)
-    return Table("speed", heads, rows, _results(*ratios[f"{CASES[0]}, continuous control"]))
+    about = "Case I, continuous control, against MuJoCo alone"
+    case, runs = load_scenario(CASES[0]), dict(_scenarios(duration))
+    return race_mujoco("speed", case, runs, rounds, duration, (about, _ALONE, _NUMPY))
 
 
 def race_mujoco(
-    case: Scenario, runs: Mapping[str, Scenario], rounds: int, duration: float
-) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], dict[str, tuple[float, float]]]:
+    name: str,
+    case: Scenario,
+    runs: Mapping[str, Scenario],
+    rounds: int,
+    duration: float,
+    targets: tuple[str, tuple[float, float], float],
+) -> Table:
     """CPU time of runs and of MuJoCo holding the object of one at rest, measured in turns.
 
     Args:
+        name: Name of the table.
         case: Scenario that MuJoCo holds.
         runs: Our runs by name.
         rounds: Number of timings of each.
         duration: Simulated time of every run [s].
-
-    Returns:
-        Heads and rows of a table; for each of our runs, the relative time of MuJoCo without and
-        with a law in NumPy.
+        targets: Start of the note about the first run; target and aim of its time relative to
+            MuJoCo alone; target relative to MuJoCo with a law in NumPy.
     """
     works: dict[str, Callable[[], object]] = {
-        _ENGINE: hold_by_actuators(case, duration).run,
-        _WITH_NUMPY: hold_by_numpy(case, duration).run,
+        "MuJoCo, 1 ms, held by its own actuators": hold_by_actuators(case, duration).run,
+        "MuJoCo, 1 ms, a PD law in NumPy at every step": hold_by_numpy(case, duration).run,
     }
-    for words, scenario in runs.items():
-        works[words] = lambda scenario=scenario: simulate(scenario)
+    works |= {words: partial(simulate, scenario) for words, scenario in runs.items()}
     seconds = median_seconds(works, rounds)
-    peers = (seconds[_ENGINE], seconds[_WITH_NUMPY])
-    heads = (f"{duration:g} s of", "CPU [ms]", "MuJoCo / it", "MuJoCo with NumPy / it")
-    rows = tuple(_row(name, own, peers) for name, own in seconds.items())
-    return (
-        heads,
-        rows,
-        {name: (peers[0] / seconds[name], peers[1] / seconds[name]) for name in runs},
+    own = np.array(list(seconds.values()))
+    ratios = own[:2] / own[:, None]
+    rows = tuple(
+        (words, f"{MILLISECONDS * own:.2f}", *(f"{ratio:.1f}" for ratio in pair))
+        for (words, own), pair in zip(seconds.items(), ratios, strict=True)
     )
+    about, alone, with_numpy = targets
+    notes = (
+        f"{about}: {judge(ratios[2, 0], *alone)}.",
+        f"Against MuJoCo with the law in NumPy: {judge(ratios[2, 1], with_numpy)}.",
+    )
+    heads = (f"{duration:g} s of", "CPU [ms]", "MuJoCo / it", "MuJoCo with NumPy / it")
+    return Table(name, heads, rows, notes)
 
 
 def profile(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
@@ -82,29 +89,30 @@ def profile(rounds: int = ROUNDS, duration: float = 7.0) -> Table:
         rounds: Number of timings of each run.
         duration: Simulated time of every run [s].
     """
-    heads, rows = profile_runs(dict(_scenarios(duration)), rounds, duration)
     hold = hold_by_actuators(load_scenario(CASES[0]), duration)
-    step = median_seconds({_ENGINE: hold.run}, rounds)[_ENGINE]
-    each = 1e6 * step * STEP / duration
+    step = median_seconds({"": hold.run}, rounds)[""]
     ticks = (
         "A control tick is one evaluation of the law and 1 ms of the plant; "
-        f"MuJoCo's step of 1 ms takes {each:.1f} us."
+        f"MuJoCo's step of 1 ms takes {1e6 * step * STEP / duration:.1f} us."
     )
-    return Table("profile", heads, rows, (ticks,))
+    return profile_runs("profile", dict(_scenarios(duration)), rounds, duration, ticks)
 
 
 def profile_runs(
-    runs: Mapping[str, Scenario], rounds: int, duration: float
-) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
-    """Heads and rows of a table with the parts of the CPU time of runs.
+    name: str, runs: Mapping[str, Scenario], rounds: int, duration: float, *notes: str
+) -> Table:
+    """A table with the parts of the CPU time of runs.
 
     Args:
+        name: Name of the table.
         runs: Runs by name.
         rounds: Number of timings of each.
         duration: Simulated time of every run [s].
+        *notes: Sentences below the table.
     """
     heads = (f"{duration:g} s of", "set-up [ms]", "kernel [ms]", "trace, metrics [ms]", "tick [us]")
-    return heads, tuple((name, *_profile_row(run, rounds)) for name, run in runs.items())
+    rows = tuple((words, *_profile_row(run, rounds)) for words, run in runs.items())
+    return Table(name, heads, rows, notes)
 
 
 def _scenarios(duration: float) -> Iterator[tuple[str, Scenario]]:
@@ -112,17 +120,6 @@ def _scenarios(duration: float) -> Iterator[tuple[str, Scenario]]:
         for words, period in CONTROL.items():
             values = {"controller.control_period": period, "simulation.duration": duration}
             yield f"{name}, {words}", with_values(load_scenario(name), values)
-
-
-def _row(name: str, own: float, peers: tuple[float, float]) -> tuple[str, ...]:
-    return (name, f"{MILLISECONDS * own:.2f}", *(f"{peer / own:.1f}" for peer in peers))
-
-
-def _results(alone: float, with_numpy: float) -> tuple[str, ...]:
-    return (
-        f"Case I, continuous control, against MuJoCo alone: {judge(alone, *_ALONE)}.",
-        f"Against MuJoCo with the law in NumPy: {judge(with_numpy, _NUMPY)}.",
-    )
 
 
 def _profile_row(scenario: Scenario, rounds: int) -> tuple[str, ...]:

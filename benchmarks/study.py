@@ -14,15 +14,17 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from benchmarks.faults.services import start_service
 from benchmarks.processes import MemoryWatch
-from benchmarks.report import Table
-from benchmarks.study_load import API, Client, Load, run_over_rest
+from benchmarks.report import Table, met
+from benchmarks.service import Service, serve
+from benchmarks.study_load import STUDIES, Load, run_over_rest
 from benchmarks.timing import MILLISECONDS
 from slipgrasp.core.executors import Executor, make_executor
 from slipgrasp.core.executors.worker import NICENESS
@@ -31,11 +33,9 @@ from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.recordings.study.scheduler import schedule_runs
+from slipgrasp.recordings.study.study_row import StudyRow
 from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
-ROUNDS = 3
-COUNT = 2000
-LARGE = 10_000
 WORKERS = 2
 WARM_UP = 100
 PAGES = 20
@@ -47,16 +47,7 @@ SLOPE_TARGET = 1000.0  # [B] per run
 _ROOT = Path(__file__).parents[1]
 
 
-class _Rates(NamedTuple):
-    """Runs per second of every method, by round, and other measurements."""
-
-    by_way: dict[str, list[float]]
-    loads: list[Load]
-    peak: int
-    start_seconds: float
-
-
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``study``, ``study-answers`` and ``study-large``."""
     return [*measure_rates(), measure_large_study()]
 
@@ -76,45 +67,50 @@ def describe_study(count: int) -> dict[str, Any]:
     }
 
 
-def measure_rates(count: int = COUNT, rounds: int = ROUNDS) -> tuple[Table, Table]:
+def measure_rates(count: int = 2000, rounds: int = 3) -> tuple[Table, Table]:
     """Runs per second of the kernel alone, of worker processes and over REST, in turns.
 
     Args:
         count: Number of runs of the study.
         rounds: Number of rounds.
     """
-    with tempfile.TemporaryDirectory() as name:
-        found = _take_turns(count, rounds, Path(name))
-    return _tabulate_rates(count, found), _tabulate_answers(count, found)
+    rates: dict[str, list[float]] = defaultdict(list)
+    load = Load()
+    with (
+        tempfile.TemporaryDirectory() as name,
+        make_executor("processes", workers=WORKERS) as executor,
+        _watched(Path(name) / "data") as (service, watch),
+    ):
+        start_seconds = executor.prepare()
+        for number in range(rounds):
+            bare = f"bare kernel, {WORKERS} threads, no trace, no hash"
+            rates[bare].append(_bare_rate(count))
+            file = Path(name) / f"{number}.mcap"
+            warm = f"{WORKERS} warm worker processes, rows and hashes kept"
+            rates[warm].append(_rate(count, executor, file))
+            study, rate = run_over_rest(service, describe_study(count), watch, load)
+            rates["the same over REST, with a client that asks {} times/s"].append(rate)
+            stored = service.exchange(f"{STUDIES}/{study}/recording").content
+            assert stored == file.read_bytes(), "REST gave another study"
+    return _tabulate_rates(count, rates, load, start_seconds), _tabulate_answers(
+        count, load, watch.peak
+    )
 
 
-def _take_turns(count: int, rounds: int, folder: Path) -> _Rates:
-    service, url = start_service(folder / "data")
-    by_way: dict[str, list[float]] = defaultdict(list)
-    loads: list[Load] = []
-    executor = make_executor("processes", workers=WORKERS)
-    with service, executor, Client(url) as client, MemoryWatch(service.pid) as watch:
-        try:
-            run_over_rest(client, describe_study(WARM_UP), watch)
-            start_seconds = executor.prepare()
-            for number in range(rounds):
-                by_way["bare kernel"].append((count - 1) / _time_bare_kernel(count))
-                file = folder / f"{number}.mcap"
-                by_way["worker processes"].append(_schedule(count, executor, file))
-                loads.append(run_over_rest(client, describe_study(count), watch))
-                by_way["over REST"].append(loads[-1].rate)
-                stored = client.ask(f"{API}/{loads[-1].study}/recording")
-                assert stored == file.read_bytes(), "REST gave another study"
-        finally:
-            service.terminate()
-    return _Rates(by_way, loads, watch.peak, start_seconds)
+@contextmanager
+def _watched(folder: Path) -> Iterator[tuple[Service, MemoryWatch]]:
+    """A service that has done a study and drawn its map, which loads what it needs."""
+    with serve(folder) as service, MemoryWatch(service.process.pid) as watch:
+        study, _ = run_over_rest(service, describe_study(WARM_UP), watch, Load())
+        service.seconds_of(f"{STUDIES}/{study}/map.svg")
+        yield service, watch
 
 
-def _time_bare_kernel(count: int) -> float:
-    """Time from the first result to the last, in a separate process [s]."""
+def _bare_rate(count: int) -> float:
+    """Rate from the first result to the last, in a separate process [1/s]."""
     command = [sys.executable, "-m", "benchmarks.study", str(count)]
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=_ROOT)
-    return float(done.stdout)
+    return (count - 1) / float(done.stdout)
 
 
 def make_study(count: int) -> Study:
@@ -122,91 +118,99 @@ def make_study(count: int) -> Study:
     return study_from_mapping(describe_study(count), load_scenario)
 
 
-def _schedule(count: int, executor: Executor, file: Path) -> float:
-    """Rate of a study on workers, from its first row to its last [1/s]."""
-    study = make_study(count)
-    moments: list[float] = []
+def write_study(
+    study: Study,
+    executor: Executor,
+    file: Path,
+    watch: Callable[[StudyRow], None] = lambda row: None,
+) -> None:
+    """Executes a study, and writes its file.
+
+    Args:
+        study: The study.
+        executor: Executes the runs.
+        file: Path of the file.
+        watch: Called with each row.
+
+    Raises:
+        AssertionError: If not all runs are done.
+    """
     with StudyWriter(file, study) as writer:
         end = schedule_runs(
             study,
             executor,
             writer,
             should_stop=lambda: False,
-            watch=lambda row: moments.append(time.perf_counter()),
+            watch=watch,
             keep=lambda member: None,
         )
         writer.finish(end)
-    assert len(moments) == count
+    assert (end.state, end.runs) == ("completed", study.num_runs)
+
+
+def _rate(count: int, executor: Executor, file: Path) -> float:
+    """Rate of a study on workers, from its first row to its last [1/s]."""
+    moments: list[float] = []
+    write_study(make_study(count), executor, file, lambda _row: moments.append(time.perf_counter()))
     # The rows of a task arrive together: those of the first one were computed before.
     return (count - RUNS_PER_CHUNK) / (moments[-1] - moments[0])
 
 
-def _tabulate_rates(count: int, found: _Rates) -> Table:
-    rates = {way: statistics.median(values) for way, values in found.by_way.items()}
-    bare = rates["bare kernel"]
-    words = {
-        "bare kernel": f"bare kernel, {WORKERS} threads, no trace, no hash",
-        "worker processes": f"{WORKERS} warm worker processes, rows and hashes kept",
-        "over REST": f"the same over REST, with a client that asks {_questions(found):.0f} times/s",
-    }
-    rows = tuple((words[way], f"{rate:.0f}", f"{rate / bare:.2f}") for way, rate in rates.items())
-    met = "met" if rates["over REST"] >= RATE_TARGET * bare else "missed"
+def _tabulate_rates(
+    count: int, found: Mapping[str, list[float]], load: Load, start_seconds: float
+) -> Table:
+    rates = {way: statistics.median(values) for way, values in found.items()}
+    bare, *_, rest = rates.values()
+    asked = f"{load.asked / load.seconds:.0f}"
+    rows = tuple(
+        (way.format(asked), f"{rate:.0f}", f"{rate / bare:.2f}") for way, rate in rates.items()
+    )
     notes = (
-        f"Median of {len(found.loads)} rounds; target {RATE_TARGET:g} over REST: {met}. "
-        "All files are equal, byte for byte.",
-        f"Starting the workers: {found.start_seconds:.1f} s.",
+        f"Median of {len(next(iter(found.values())))} rounds; target {RATE_TARGET:g} over REST: "
+        f"{met(rest >= RATE_TARGET * bare)}. All files are equal, byte for byte.",
+        f"Starting the workers: {start_seconds:.1f} s.",
     )
     return Table("study", (f"{count} runs of 7 s, varied", "runs/s", "ratio"), rows, notes)
 
 
-def _questions(found: _Rates) -> float:
-    load = Load.together(found.loads)
-    return sum(map(len, load.answers.values())) / load.seconds
-
-
-def _tabulate_answers(count: int, found: _Rates) -> Table:
-    load = Load.together(found.loads)
+def _tabulate_answers(count: int, load: Load, peak: int) -> Table:
     slowest = load.percentile(95)
-    met = "met" if slowest < ANSWER_TARGET else "missed"
-    used = "met" if found.peak < MEMORY_TARGET else "missed"
     notes = (
         f"All together: 95th percentile {MILLISECONDS * slowest:.0f} ms; target "
-        f"{MILLISECONDS * ANSWER_TARGET:.0f} ms: {met}.",
-        f"Service and workers together took {found.peak / 1e6:.0f} MB at most; target "
-        f"{MEMORY_TARGET / 1e6:.0f} MB: {used}.",
+        f"{MILLISECONDS * ANSWER_TARGET:.0f} ms: {met(slowest < ANSWER_TARGET)}.",
+        f"Service and workers together took {peak / 1e6:.0f} MB at most; target "
+        f"{MEMORY_TARGET / 1e6:.0f} MB: {met(peak < MEMORY_TARGET)}.",
     )
     heads = (f"answers while {count} runs go on", "answers", "median [ms]", "95th percentile [ms]")
-    rows = tuple(_answer_row(load, kind) for kind in load.answers)
+    rows = tuple(
+        (
+            kind,
+            str(len(times)),
+            *(f"{MILLISECONDS * np.percentile(times, q):.0f}" for q in (50, 95)),
+        )
+        for kind, times in load.answers.items()
+    )
     return Table("study-answers", heads, rows, notes)
 
 
-def _answer_row(load: Load, kind: str) -> tuple[str, ...]:
-    times = (f"{MILLISECONDS * load.percentile(share, kind):.0f}" for share in (50, 95))
-    return kind, str(len(load.answers[kind])), *times
-
-
-def measure_large_study(count: int = LARGE) -> Table:
+def measure_large_study(count: int = 10_000) -> Table:
     """Memory while a study grows, and pages of its results after its end.
 
     Args:
         count: Number of runs of the study.
     """
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        service, url = start_service(folder)
-        with service, Client(url) as client, MemoryWatch(service.pid) as watch:
-            try:
-                warm_up = run_over_rest(client, describe_study(WARM_UP), watch)
-                client.ask(f"{API}/{warm_up.study}/map.svg")  # loads the drawing library
-                load = run_over_rest(client, describe_study(count), watch)
-                pages = _time_pages(client, load.study, count)
-                size = (folder / "studies" / f"{load.study}.mcap").stat().st_size
-                assert not list(folder.glob("*.mcap")), "a run was kept unasked"
-            finally:
-                service.terminate()
-    slope = _slope(watch, count)
+    load = Load()
+    with tempfile.TemporaryDirectory() as name, _watched(Path(name)) as (service, watch):
+        study, rate = run_over_rest(service, describe_study(count), watch, load)
+        pages = _time_pages(service, study, count)
+        size = (Path(name) / "studies" / f"{study}.mcap").stat().st_size
+        assert not list(Path(name).glob("*.mcap")), "a run was kept unasked"
+    # Over the second half, after everything is loaded.
+    half = [sample for sample in watch.samples if count / 2 < sample.progress < count]
+    done, memory = zip(*half, strict=True)
+    slope = float(np.polyfit(done, memory, 1)[0])
     rows = (
-        ("runs per second", f"{load.rate:.0f}"),
+        ("runs per second", f"{rate:.0f}"),
         (
             "95th percentile of the answers meanwhile [ms]",
             f"{MILLISECONDS * load.percentile(95):.0f}",
@@ -216,39 +220,25 @@ def measure_large_study(count: int = LARGE) -> Table:
         ("file of the study, per run [B]", f"{size / count:.0f}"),
         *((f"{kind} [ms]", f"{MILLISECONDS * seconds:.0f}") for kind, seconds in pages.items()),
     )
-    met = "met" if slope < SLOPE_TARGET else "missed"
-    note = f"Target below {SLOPE_TARGET / 1e3:.0f} kB of memory per run: {met}."
+    note = f"Target below {SLOPE_TARGET / 1e3:g} kB of memory per run: {met(slope < SLOPE_TARGET)}."
     return Table("study-large", (f"a study of {count} runs over REST", ""), rows, (note,))
 
 
-def _time_pages(client: Client, study: str, count: int) -> dict[str, float]:
+def _time_pages(service: Service, study: str, count: int) -> dict[str, float]:
     """Median response time of requests about a finished study [s]."""
-    results = f"{API}/{study}/results?limit=100"
+    results = f"{STUDIES}/{study}/results?limit=100"
     paths = {
-        "list of studies": API,
+        "list of studies": STUDIES,
         "first page of results": results,
         "last page of results": f"{results}&offset={count - 100}",
         "page sorted by a metric": f"{results}&sort=-slip_path_0&offset={count // 2}",
         "page of one outcome": f"{results}&outcome=completed",
-        "summary": f"{API}/{study}/summary",
+        "summary": f"{STUDIES}/{study}/summary",
     }
-    return {kind: _median_seconds(client, path) for kind, path in paths.items()}
-
-
-def _median_seconds(client: Client, path: str) -> float:
-    seconds = []
-    for _ in range(PAGES):
-        start = time.perf_counter()
-        client.ask(path)
-        seconds.append(time.perf_counter() - start)
-    return statistics.median(seconds)
-
-
-def _slope(watch: MemoryWatch, count: int) -> float:
-    """Memory per additional run over the second half, after everything is loaded [B]."""
-    half = [sample for sample in watch.samples if count / 2 < sample.progress < count]
-    done, memory = zip(*half, strict=True)
-    return float(np.polyfit(done, memory, 1)[0])
+    return {
+        kind: statistics.median(service.seconds_of(path) for _ in range(PAGES))
+        for kind, path in paths.items()
+    }
 
 
 def main() -> None:

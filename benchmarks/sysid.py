@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stdout
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import mujoco
@@ -60,7 +59,7 @@ class Estimate(NamedTuple):
 Fit = Callable[[Any, RunResult, Observations], dict[str, Estimate]]
 
 
-def run(_docs: Path | None = None, seed: int = SEED) -> list[Table]:
+def run(seed: int = SEED) -> list[Table]:
     """The table ``sysid``."""
     base = with_values(load_scenario(PRESET), VALUES)
     recorded = simulate(with_values(base, TRUTH))

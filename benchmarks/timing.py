@@ -8,11 +8,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 MILLISECONDS = 1e3
+
+T = TypeVar("T")
 
 
 class Line(NamedTuple):
@@ -59,11 +61,10 @@ def median_seconds(
     return {name: statistics.median(values) for name, values in times.items()}
 
 
-def on_threads(work: Callable[[Any], object], items: Sequence[Any], threads: int) -> None:
-    """Calls the work for every item, with a number of concurrent threads."""
+def on_threads(work: Callable[[Any], T], items: Sequence[Any], threads: int) -> list[T]:
+    """Results of the work for every item, with a number of concurrent threads."""
     with ThreadPoolExecutor(threads) as pool:
-        for _ in pool.map(work, items):
-            pass
+        return list(pool.map(work, items))
 
 
 @contextmanager

@@ -6,7 +6,6 @@ and MuJoCo's tips are on slides that springs hold.
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -33,7 +32,7 @@ class Ending(NamedTuple):
     path: float
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``torsion`` and ``torsion-mujoco``."""
     return [measure_stiffness(), measure_mujoco()]
 

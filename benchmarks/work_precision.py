@@ -10,14 +10,12 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Sequence
+from functools import partial
 from importlib.util import find_spec
-from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.mujoco_replay import replay_in_mujoco
-from benchmarks.mujoco_torques import stepping
+from benchmarks.mujoco_replay import replay_in_mujoco, stepping
 from benchmarks.replay import (
     CASES,
     DURATION,
@@ -33,36 +31,17 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
-ROUNDS = 9
-OUR_ROUNDS = 45  # a run takes a millisecond or two
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
 MUJOCO_STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5)  # [s]
 DRAKE_STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)  # [s]
 
-OURS, MUJOCO, DRAKE = "slipgrasp", "MuJoCo", "Drake"
+OURS = "slipgrasp"
 
 _TIGHTEST = 1e-12
 _ABSOLUTE_PER_RELATIVE = 1e-2  # as in the default tolerances
 
 
-class Point(NamedTuple):
-    """One engine at one setting.
-
-    Attributes:
-        engine: Its name.
-        case: The preset.
-        setting: Relative tolerance, or time step [s].
-        seconds: CPU time [s].
-        event: Larger error of the times at which the contacts stop [s].
-        state: Error of the end state: largest error of a displacement of object or fingertip [m].
-    """
-
-    engine: str
-    case: str
-    setting: float
-    seconds: float
-    event: float
-    state: float
+Row = tuple[str, ...]
 
 
 class Reference:
@@ -109,12 +88,12 @@ class Reference:
         return float(max(x, y, self._half_width * angle, slips.max()))
 
 
-def run(docs: Path | None = None) -> list[Table]:
-    """The table ``work-precision`` and its diagram."""
+def run() -> list[Table]:
+    """The table ``work-precision``."""
     references = [Reference(case) for case in CASES]
-    points, notes = [], []
+    rows, notes = [], []
     for reference in references:
-        points += measure_ours(reference) + measure_mujoco(reference)
+        rows += measure_ours(reference) + measure_mujoco(reference)
         difference = oracle_difference(reference)
         notes.append(
             f"{reference.case}: SciPy's DOP853 at 1e-9 on independent equations ends the slip "
@@ -123,54 +102,44 @@ def run(docs: Path | None = None) -> list[Table]:
     if find_spec("pydrake") is None:
         notes.append("Drake is not installed (pip install drake), so it is not here.")
     else:
-        points += [point for reference in references for point in measure_drake(reference)]
-    if docs is not None:
-        from benchmarks.charts import draw_work_precision, save
-
-        save(draw_work_precision(points), docs / "images" / "work-precision.svg")
-    return [_tabulate(points, notes)]
+        rows += [row for reference in references for row in measure_drake(reference)]
+    heads = ("0.3 s of", "setting", "CPU [ms]", "end of slip [s]", "end state [m]")
+    return [Table("work-precision", heads, tuple(rows), tuple(notes))]
 
 
 def measure_ours(
-    reference: Reference, tolerances: Sequence[float] = TOLERANCES, rounds: int = OUR_ROUNDS
-) -> list[Point]:
-    """Our runs, one per relative tolerance."""
-    scenarios = {f"{t:g}": reference.scenario(t) for t in tolerances}
-    works = {name: lambda s=scenario: simulate(s) for name, scenario in scenarios.items()}
+    reference: Reference, tolerances: Sequence[float] = TOLERANCES, rounds: int = 45
+) -> list[Row]:
+    """Our runs, one row per relative tolerance; a run takes a millisecond or two."""
+    works = {f"{t:g}": partial(simulate, reference.scenario(t)) for t in tolerances}
     seconds = median_seconds(works, rounds)
     return [
-        Point(
-            OURS,
-            reference.case,
-            float(name),
-            seconds[name],
-            *reference.judge_run(simulate(scenario)),
-        )
-        for name, scenario in scenarios.items()
+        _row(reference, OURS, name, seconds[name], reference.judge_run(work()))
+        for name, work in works.items()
     ]
 
 
 def measure_mujoco(
-    reference: Reference, steps: Sequence[float] = MUJOCO_STEPS, rounds: int = ROUNDS
-) -> list[Point]:
+    reference: Reference, steps: Sequence[float] = MUJOCO_STEPS, rounds: int = 9
+) -> list[Row]:
     """MuJoCo with our torques, one replay per time step."""
-    works = {f"{step:g}": stepping(reference.torques, step) for step in steps}
-    seconds = median_seconds(works, rounds)
-    points = []
+    works = {step: stepping(reference.torques, step) for step in steps}
+    seconds = median_seconds({f"{step:g}": work for step, work in works.items()}, rounds)
+    rows = []
     for step in steps:
         errors = reference.judge_replay(replay_in_mujoco(reference.torques, step))
-        points.append(Point(MUJOCO, reference.case, step, seconds[f"{step:g}"], *errors))
-    return points
+        rows.append(_row(reference, "MuJoCo", f"{1e3 * step:g} ms", seconds[f"{step:g}"], errors))
+    return rows
 
 
 def measure_drake(
     reference: Reference, steps: Sequence[float] = DRAKE_STEPS, rounds: int = 3
-) -> list[Point]:
+) -> list[Row]:
     """Drake with our torques, one replay per time step; its Python binding steps it."""
     from benchmarks.drake_replay import replay_in_drake
 
     replay_in_drake(reference.torques, steps[0])  # imports are not counted
-    points = []
+    rows = []
     for step in steps:
         times, errors = [], (0.0, 0.0)
         for _ in range(rounds):
@@ -178,8 +147,16 @@ def measure_drake(
             replay = replay_in_drake(reference.torques, step)
             times.append(time.process_time() - start)
             errors = reference.judge_replay(replay)
-        points.append(Point(DRAKE, reference.case, step, statistics.median(times), *errors))
-    return points
+        seconds = statistics.median(times)
+        rows.append(_row(reference, "Drake", f"{1e3 * step:g} ms", seconds, errors))
+    return rows
+
+
+def _row(
+    reference: Reference, engine: str, setting: str, seconds: float, errors: tuple[float, float]
+) -> Row:
+    cells = (f"{MILLISECONDS * seconds:.2f}", *(f"{error:.0e}" for error in errors))
+    return f"{reference.case}, {engine}", setting, *cells
 
 
 def oracle_difference(reference: Reference) -> float:
@@ -191,18 +168,3 @@ def oracle_difference(reference: Reference) -> float:
     oracle = run_continuous(world, reference.duration, [])
     contacts = range(len(reference.slip_ends))
     return max(abs(oracle.slip_end(i) - reference.slip_ends[i]) for i in contacts)
-
-
-def _tabulate(points: list[Point], notes: list[str]) -> Table:
-    heads = ("0.3 s of", "setting", "CPU [ms]", "end of slip [s]", "end state [m]")
-    rows = tuple(
-        (
-            f"{point.case}, {point.engine}",
-            f"{point.setting:g}" if point.engine == OURS else f"{1e3 * point.setting:g} ms",
-            f"{MILLISECONDS * point.seconds:.2f}",
-            f"{point.event:.0e}",
-            f"{point.state:.0e}",
-        )
-        for point in points
-    )
-    return Table("work-precision", heads, rows, tuple(notes))

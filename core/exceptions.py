@@ -10,7 +10,7 @@ class SlipgraspError(Exception):
     """Base class of all errors of this project."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class FieldError:
     """One wrong input: field, value, limit and a sentence.
 
@@ -25,6 +25,13 @@ class FieldError:
     value: float | int | bool | str | None
     limit: str | None
     message: str
+
+    @classmethod
+    def at(
+        cls, field: str, value: float | int | bool | str | None, limit: str | None, problem: str
+    ) -> FieldError:
+        """The error of a field, whose message is its key and the problem."""
+        return cls(field, value, limit, f"{field} {problem}")
 
 
 class ScenarioError(SlipgraspError, ValueError):

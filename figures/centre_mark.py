@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import JOINT
+from slipgrasp.scene.rotations import about_z
 
 _SHARE = 0.22  # of the distance to the nearest face
 _STARTS = (0.0, 180.0)  # of the quarters [degrees]
@@ -38,7 +39,7 @@ class CentreMark:
 
     def place(self, pose: NDArray[np.float64]) -> None:
         """Moves it to a pose: position [m] and unit quaternion (w, x, y, z), about z alone."""
-        centre, turn = pose[:2], math.degrees(2.0 * math.atan2(pose[6], pose[3]))
+        centre, turn = pose[:2], math.degrees(about_z(pose[3:]))
         self._disc.set(center=centre)
         for quarter, start in zip(self._quarters, _STARTS, strict=True):
             quarter.set(center=centre, theta1=start + turn, theta2=start + turn + 90.0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from string import ascii_lowercase
-from typing import NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -18,8 +17,16 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.trace import rows_from_start
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.phases import draw_lanes, phase_patches
-from slipgrasp.figures.slip_times import Window, closer_look, whole_run
-from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint, paper_style
+from slipgrasp.figures.slip_times import View, Window, closer_look, views_of, whole_run
+from slipgrasp.figures.style import (
+    PAGE_WIDTH,
+    add_axes,
+    add_box,
+    add_title,
+    new_figure,
+    paint,
+    paper_style,
+)
 from slipgrasp.figures.trends import Pair, Trend, pair_of, trends_of
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.palette import MARK, MUTED
@@ -30,7 +37,6 @@ _HEADER = 10.5
 _COLUMN = PAGE_WIDTH / 2
 _LABELS = 15.5
 _LOOK = 30.0
-_GAP = 3.0
 _RIGHT = 3.0
 _TITLE = 6.0
 _LANE = 2.6
@@ -44,15 +50,6 @@ _PALE = 0.55
 _LONGEST_NAME = 48
 # Outside this range, numbers on an axis are in exponential notation.
 _PLAIN = (1e-2, 1e5)
-
-
-class _View(NamedTuple):
-    """A time range, and its position on the page [mm]."""
-
-    name: str
-    window: Window
-    left: float
-    width: float
 
 
 def draw_comparison(
@@ -97,8 +94,7 @@ def _lanes_height(run: RunResult) -> float:
 def _draw_header(figure: Figure, pair: Pair, names: tuple[str, str]) -> None:
     """Key of the runs, the marks, and the colours of the phases."""
     comparison = pair.comparison
-    row = add_axes(figure, 0.0, _MARGIN, PAGE_WIDTH, 0.5 * _HEADER)
-    row.set_axis_off()
+    row = add_box(figure, 0.0, _MARGIN, PAGE_WIDTH, 0.5 * _HEADER)
     a, b = (f"{run}: {_shortened(name)}" for run, name in zip("ab", names, strict=True))
     chosen = comparison.tolerance
     limit = "the integration error" if chosen is None else f"{chosen:g} (SI)"
@@ -109,8 +105,7 @@ def _draw_header(figure: Figure, pair: Pair, names: tuple[str, str]) -> None:
         Line2D([], [], color=paint(MARK), linewidth=0.8, linestyle=":", label=mark),
     ]
     row.legend(handles=handles, loc="center", ncols=3)
-    below = add_axes(figure, 0.0, _MARGIN + 0.5 * _HEADER, PAGE_WIDTH, 0.5 * _HEADER)
-    below.set_axis_off()
+    below = add_box(figure, 0.0, _MARGIN + 0.5 * _HEADER, PAGE_WIDTH, 0.5 * _HEADER)
     patches = {patch.get_label(): patch for run in (pair.a, pair.b) for patch in phase_patches(run)}
     below.legend(
         handles=list(patches.values()), loc="center", ncols=3, handlelength=1.2, handleheight=0.8
@@ -125,7 +120,7 @@ def _shortened(name: str) -> str:
 def _draw_phases(figure: Figure, pair: Pair) -> None:
     """Lanes of the phases: for each contact that of a, and that of b below."""
     top = _MARGIN + _HEADER
-    _write_title(figure, "(a) phases of the contacts", 0.0, top, PAGE_WIDTH)
+    add_title(figure, "(a) phases of the contacts", 0.0, top, PAGE_WIDTH, _TITLE)
     views = _views(pair, 0.0, PAGE_WIDTH, share=0.42)
     for contact, finger in enumerate(pair.a.scenario.finger_names):
         start = top + _TITLE + contact * (2 * _LANE + _PAIR_GAP)
@@ -145,7 +140,7 @@ def _draw_phases(figure: Figure, pair: Pair) -> None:
         _set_times(axis, view)
 
 
-def _name_lane(strip: Axes, text: str, view: _View) -> None:
+def _name_lane(strip: Axes, text: str, view: View) -> None:
     strip.text(
         -0.8 / view.width,
         0.5,
@@ -161,7 +156,7 @@ def _name_lane(strip: Axes, text: str, view: _View) -> None:
 def _draw_trend(
     figure: Figure, pair: Pair, trend: Trend, letter: str, left: float, top: float
 ) -> None:
-    _write_title(figure, f"({letter}) {trend.title}", left, top, _COLUMN)
+    add_title(figure, f"({letter}) {trend.title}", left, top, _COLUMN, _TITLE)
     _draw_legend(figure, trend, left, top)
     first = _first_divergence(pair.comparison, trend)
     views = _views(pair, left, _COLUMN, share=_LOOK / (_COLUMN - _LABELS - _RIGHT))
@@ -182,16 +177,12 @@ def _draw_trend(
             _label(lower, "$b - a$", view)
 
 
-def _views(pair: Pair, left: float, width: float, share: float) -> tuple[_View, ...]:
+def _views(pair: Pair, left: float, width: float, share: float) -> tuple[View, ...]:
     """Close-up of the slips of both runs on the left, if there are any, and the complete runs."""
-    available, start = width - _LABELS - _RIGHT, left + _LABELS
     whole = _around([whole_run(pair.a), whole_run(pair.b)])
     looks = [look for look in (closer_look(pair.a), closer_look(pair.b)) if look is not None]
-    if not looks:
-        return (_View("whole", whole, start, available),)
-    narrow = share * available
-    rest = _View("whole", whole, start + narrow + _GAP, available - narrow - _GAP)
-    return (_View("slip", _around(looks), start, narrow), rest)
+    look = _around(looks) if looks else None
+    return views_of(whole, look, left + _LABELS, width - _LABELS - _RIGHT, share)
 
 
 def _around(windows: Sequence[Window]) -> Window:
@@ -245,37 +236,29 @@ def _set_values(axes: Axes, values: NDArray[np.float64], least_span: float, tick
         axes.yaxis.set_major_formatter("{x:.3g}")
 
 
-def _finish(axes: Axes, view: _View, first: float | None, *, is_first: bool) -> None:
+def _finish(axes: Axes, view: View, first: float | None, *, is_first: bool) -> None:
     _set_times(axes, view)
     axes.tick_params(labelleft=is_first, top=True, right=True)
     if first is not None:
         axes.axvline(first, color=paint(MARK), linewidth=0.8, linestyle=":", zorder=3.0)
 
 
-def _set_times(axes: Axes, view: _View) -> None:
+def _set_times(axes: Axes, view: View) -> None:
     axes.set_xlim(*view.window)
     axes.xaxis.set_major_locator(MaxNLocator(min(7, round(view.width / 7.5)), steps=[1, 2, 5, 10]))
-    words = r"$t$ [s]" if view.name == "whole" else r"$t$ [s], closer look"
-    axes.set_xlabel(words, labelpad=1.5)
+    axes.set_xlabel(view.time_label, labelpad=1.5)
 
 
-def _label(axes: Axes, text: str, view: _View) -> None:
+def _label(axes: Axes, text: str, view: View) -> None:
     axes.set_ylabel(text)
     axes.yaxis.set_label_coords(-11.0 / view.width, 0.5)
-
-
-def _write_title(figure: Figure, text: str, left: float, top: float, width: float) -> None:
-    title = add_axes(figure, left, top, width, _TITLE)
-    title.set_axis_off()
-    title.text(2.0 / width, 0.5, text, va="center", fontsize=9.5)
 
 
 def _draw_legend(figure: Figure, trend: Trend, left: float, top: float) -> None:
     named = [line for line in trend.lines if line.label]
     if not named:
         return
-    row = add_axes(figure, left, top, _COLUMN - _RIGHT, _TITLE)
-    row.set_axis_off()
+    row = add_box(figure, left, top, _COLUMN - _RIGHT, _TITLE)
     handles: list[Artist] = [
         Line2D([], [], color=paint(line.colour), linewidth=1.2, label=line.label) for line in named
     ]

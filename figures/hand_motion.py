@@ -18,6 +18,8 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.scenario import need_hand
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
+from slipgrasp.scene.sizes import sizes_of
+from slipgrasp.scene.solids import edges_of, solid
 from slipgrasp.scene.states import States, drawable, states_at
 
 Values = NDArray[np.float64]
@@ -92,7 +94,7 @@ def motion_of(result: RunResult, times: Values) -> HandMotion:
         states=states,
         corners=_outlines(corners),
         desired=_outlines(desired),
-        edges=corners[:, parts.edges_of(scenario)],
+        edges=corners[:, edges_of(scenario)],
         joints=_joints(scenario, poses) @ flat,
         normals=normals @ flat,
         cones=_outlines(np.einsum("tcij,tckj->tcki", axes, cones) @ flat),
@@ -104,8 +106,8 @@ def motion_of(result: RunResult, times: Values) -> HandMotion:
 
 def _corners(scenario: Scenario, position: Values, turn: Values) -> Values:
     """Corners of the object, ``(times, 2 corners, 3)``: bottom, then top."""
-    solid = parts.solid(scenario, parts.sizes_of(scenario).half_depth)
-    return position[:, None] + np.einsum("tij,cj->tci", turn, solid.points)
+    points = solid(scenario, sizes_of(scenario).half_depth).points
+    return position[:, None] + np.einsum("tij,cj->tci", turn, points)
 
 
 def _joints(scenario: Scenario, poses: dict[str, tuple[Values, Values]]) -> Values:

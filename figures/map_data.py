@@ -178,12 +178,17 @@ def values_on(results: StudyResults, key: str) -> Values:
 
 
 def panels_of(results: StudyResults, x: str, y: str) -> list[MapPanel]:
-    """The runs of each combination of the values that are not on the axes."""
+    """The runs of each combination of the values that are not on the axes.
+
+    Args:
+        results: The results, which do not grow.
+        x: The key on the horizontal axis.
+        y: The key on the vertical axis.
+    """
     categories = categorize(results)
-    count = len(categories)
-    horizontal, vertical = values_on(results, x)[:count], values_on(results, y)[:count]
+    horizontal, vertical = values_on(results, x), values_on(results, y)
     keys = compared_keys(results.study, (x, y))
-    grouped = rows_by_combination(results, keys, count) if keys else [({}, np.arange(count))]
+    grouped = rows_by_combination(results, keys) if keys else [({}, np.arange(len(categories)))]
     return [
         MapPanel(values, rows, categories[rows], horizontal[rows], vertical[rows])
         for values, rows in grouped

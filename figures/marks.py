@@ -13,7 +13,7 @@ from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from slipgrasp.figures.style import add_axes, paint
+from slipgrasp.figures.style import add_box, paint
 from slipgrasp.recordings.palette import MARK, Rgb
 
 Point = NDArray[np.float64]
@@ -132,8 +132,7 @@ def new_drawing(
         borders: Space for labels left, below, right and above [mm].
         halo: Whether labels have a white border.
     """
-    axes = add_axes(figure, *frame)
-    axes.set_axis_off()
+    axes = add_box(figure, *frame)
     left, below, right, above = borders
     low, high = points.min(axis=0), points.max(axis=0)
     available = np.array([frame[2] - left - right, frame[3] - below - above])

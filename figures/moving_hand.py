@@ -39,7 +39,7 @@ from slipgrasp.recordings.palette import (
     OBJECT_EDGE,
     PHASES,
 )
-from slipgrasp.scene.parts import sizes_of
+from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.scene.states import drawable
 
 Pixels = NDArray[np.uint8]

@@ -7,7 +7,7 @@ a lighter tone.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -30,15 +30,15 @@ class Curve:
     """A curve over time.
 
     Attributes:
+        values: One value per row of the trace, in the unit of its plot.
         label: Label in the legend; empty for no entry.
         colour: Its colour.
-        values: One value per row of the trace, in the unit of its plot.
         role: Whether it is the signal, the true value, or a limit.
     """
 
-    label: str
-    colour: Rgb
     values: Values
+    label: str = ""
+    colour: Rgb = MARK
     role: Literal["quantity", "truth", "limit"] = "quantity"
 
 
@@ -56,7 +56,7 @@ class Plot:
     label: str
     curves: tuple[Curve, ...]
     least_span: float
-    with_zero: bool = False
+    with_zero: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -74,6 +74,34 @@ class Panel:
     contacts: tuple[int, ...]
 
 
+def panel_of(
+    title: str,
+    contacts: Iterable[int],
+    plots: Mapping[str, Iterable[Curve]],
+    *,
+    least_span: float = 0.02,
+    with_zero: bool = True,
+) -> Panel:
+    """A panel with equal options for all its plots.
+
+    Args:
+        title: Title.
+        contacts: Contacts whose phases are shaded.
+        plots: Curves by the label of their axes, from top to bottom.
+        least_span: See `Plot`.
+        with_zero: See `Plot`.
+    """
+    options = {"least_span": least_span, "with_zero": with_zero}
+    drawn = (Plot(label=label, curves=tuple(curves), **options) for label, curves in plots.items())
+    return Panel(title=title, plots=tuple(drawn), contacts=tuple(contacts))
+
+
+def finger_curves(values: Values, names: Sequence[str] = ()) -> Iterator[Curve]:
+    """A curve for each finger of ``(rows, fingers)``; without names they are not in the legend."""
+    for i, column in enumerate(values.T):
+        yield Curve(label=names[i] if names else "", colour=finger_colour(i), values=column)
+
+
 def finger_colour(finger: int) -> Rgb:
     """The colour of a finger and of its contact."""
     return FINGERS[finger % len(FINGERS)]
@@ -87,52 +115,27 @@ def lighter(colour: Rgb, share: float) -> Rgb:
 
 def tracking_panels(result: RunResult) -> tuple[Panel, ...]:
     """Errors of the object's pose, and the slips with their velocities (Fig. 5 and 8)."""
-    contacts = tuple(range(result.trace.shape.num_contacts))
+    trace, names = result.trace, result.scenario.finger_names
+    contacts = range(trace.shape.num_contacts)
     errors = (
         ("object horizontal position error", r"$e_x$ [mm]"),
         ("object vertical position error", r"$e_y$ [mm]"),
         ("object orientation error", r"$e_\theta$ [mrad]"),
     )
-    columns = 1e3 * result.trace.tracking_error.T
-    poses = [
-        Panel(
-            title=title,
-            plots=(
-                Plot(
-                    label=label,
-                    curves=(Curve(label="", colour=MARK, values=values),),
-                    least_span=0.02,
-                    with_zero=True,
-                ),
-            ),
-            contacts=contacts,
-        )
-        for (title, label), values in zip(errors, columns, strict=True)
-    ]
-    return (*poses, _slip_panel(result, contacts))
-
-
-def _slip_panel(result: RunResult, contacts: tuple[int, ...]) -> Panel:
-    trace, names = result.trace, result.scenario.finger_names
+    columns = 1e3 * trace.tracking_error.T
     # A legend with more than three entries has no space for names; lanes have the same order.
     shown = [f" {name}" if len(names) <= 3 else "" for name in names]
-    slips = [
-        Curve(label=f"$s_{i + 1}${shown[i]}", colour=finger_colour(i), values=1e3 * column)
-        for i, column in enumerate(trace.slip.T)
-    ]
-    velocities = [
-        Curve(label="", colour=finger_colour(i), values=1e3 * column)
-        for i, column in enumerate(trace.slip_velocity.T)
-    ]
-    return Panel(
-        title="fingertip slips and their velocities",
-        plots=(
-            Plot(label=r"$s$ [mm]", curves=tuple(slips), least_span=0.02, with_zero=True),
-            Plot(
-                label=r"$\dot s$ [mm/s]", curves=tuple(velocities), least_span=0.02, with_zero=True
-            ),
+    symbols = [f"$s_{i}${name}" for i, name in enumerate(shown, 1)]
+    slips = {
+        r"$s$ [mm]": finger_curves(1e3 * trace.slip, symbols),
+        r"$\dot s$ [mm/s]": finger_curves(1e3 * trace.slip_velocity),
+    }
+    return (
+        *(
+            panel_of(title, contacts, {label: [Curve(values=values)]})
+            for (title, label), values in zip(errors, columns, strict=True)
         ),
-        contacts=contacts,
+        panel_of("fingertip slips and their velocities", contacts, slips),
     )
 
 
@@ -146,21 +149,14 @@ def _forces(result: RunResult, finger: int) -> Iterator[Panel]:
     links = [link_colour(finger, joint) for joint in range(PLANAR.joints_per_finger)]
     yield torque_panel(result, finger, links)
     limit = (trace.friction_coefficient * trace.normal_force)[:, finger]
+    normal, tangential = trace.normal_force[:, finger], trace.tangential_force[:, finger]
     yield contact_force_panel(
         result,
         finger,
         Curve(label=r"$\pm\mu F_n$", colour=CONE, values=limit, role="limit"),
-        Curve(label="", colour=CONE, values=-limit, role="limit"),
-        Curve(
-            label="$F_n$ normal",
-            colour=link_colour(finger, 0),
-            values=trace.normal_force[:, finger],
-        ),
-        Curve(
-            label="$F_x$ tangential",
-            colour=link_colour(finger, 1),
-            values=trace.tangential_force[:, finger],
-        ),
+        Curve(colour=CONE, values=-limit, role="limit"),
+        Curve(label="$F_n$ normal", colour=links[0], values=normal),
+        Curve(label="$F_x$ tangential", colour=links[1], values=tangential),
     )
 
 
@@ -178,21 +174,15 @@ def torque_panel(result: RunResult, finger: int, colours: Sequence[Rgb]) -> Pane
     slides = result.trace.shape.slides
     units = dict.fromkeys("N" if k in slides else "N m" for k in range(first, first + len(colours)))
     what = "forces on the slides" if "N m" not in units else "joint torques"
+    title = f"{what} of the {result.scenario.finger_names[finger]} finger"
     label = rf"$\tau$ [{', '.join(units)}]"
-    return Panel(
-        title=f"{what} of the {result.scenario.finger_names[finger]} finger",
-        plots=(Plot(label=label, curves=tuple(torques), least_span=0.01, with_zero=True),),
-        contacts=(finger,),
-    )
+    return panel_of(title, (finger,), {label: torques}, least_span=0.01)
 
 
 def contact_force_panel(result: RunResult, finger: int, *curves: Curve) -> Panel:
     """The force of a finger on the object [N]."""
-    return Panel(
-        title=f"force on the object by the {result.scenario.finger_names[finger]} finger",
-        plots=(Plot(label="$F$ [N]", curves=curves, least_span=0.01, with_zero=True),),
-        contacts=(finger,),
-    )
+    title = f"force on the object by the {result.scenario.finger_names[finger]} finger"
+    return panel_of(title, (finger,), {"$F$ [N]": curves}, least_span=0.01)
 
 
 def estimate_panels(result: RunResult) -> tuple[Panel, ...]:
@@ -219,7 +209,6 @@ def _estimate_panel(result: RunResult, members: list[tuple[int, Unknown]]) -> Pa
     truths = [
         Curve(
             label="" if i else "true value",
-            colour=MARK,
             values=trace.true_parameters[:, column],
             role="truth",
         )
@@ -234,11 +223,9 @@ def _estimate_panel(result: RunResult, members: list[tuple[int, Unknown]]) -> Pa
         for column, unknown in sorted(members, key=lambda member: member[1])
     ]
     contacts = range(trace.shape.num_contacts) if first.finger < 0 else (first.finger,)
-    return Panel(
-        title=_estimate_title(result.scenario, first),
-        plots=(Plot(label=estimate_label(first), curves=(*truths, *estimates), least_span=1e-4),),
-        contacts=tuple(contacts),
-    )
+    plots = {estimate_label(first): (*truths, *estimates)}
+    title = _estimate_title(result.scenario, first)
+    return panel_of(title, contacts, plots, least_span=1e-4, with_zero=False)
 
 
 def unknown_symbol(unknown: Unknown) -> str:

@@ -11,13 +11,14 @@ from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.figures.panels import (
     Curve,
     Panel,
-    Plot,
     Values,
     axis_colour,
     contact_force_panel,
     finger_colour,
+    finger_curves,
     lighter,
     link_colour,
+    panel_of,
     torque_panel,
 )
 from slipgrasp.recordings.palette import CONE
@@ -32,22 +33,21 @@ def spatial_tracking_panels(result: RunResult) -> tuple[Panel, ...]:
 
 
 def _pose_panels(result: RunResult) -> Iterator[Panel]:
-    contacts = tuple(range(result.trace.shape.num_contacts))
     quantities = (
         ("object position error", "$e$ [mm]", "$e_{axis}$"),
         ("object attitude error, as a rotation vector", r"$e_\theta$ [mrad]", r"$e_{\theta axis}$"),
     )
+    errors = 1e3 * result.trace.tracking_error
     for k, (title, label, symbol) in enumerate(quantities):
         curves = [
             Curve(
                 label=symbol.replace("axis", axis),
                 colour=axis_colour(way),
-                values=1e3 * result.trace.tracking_error[:, 3 * k + way],
+                values=errors[:, 3 * k + way],
             )
             for way, axis in enumerate(_AXES)
         ]
-        plot = Plot(label=label, curves=tuple(curves), least_span=0.02, with_zero=True)
-        yield Panel(title=title, plots=(plot,), contacts=contacts)
+        yield panel_of(title, range(result.trace.shape.num_contacts), {label: curves})
 
 
 def _slip_panel(result: RunResult) -> Panel:
@@ -77,25 +77,12 @@ def _spin_panel(result: RunResult) -> Panel:
 
 def _contact_panel(result: RunResult, title: str, quantities: Mapping[str, Values]) -> Panel:
     """Quantities of all contacts, ``(rows, contacts)`` in SI units, by label in thousandths."""
-    plots = [
-        Plot(
-            label=label,
-            curves=_per_contact(result, 1e3 * values, named=k == 0),
-            least_span=0.02,
-            with_zero=True,
-        )
-        for k, (label, values) in enumerate(quantities.items())
-    ]
-    contacts = tuple(range(result.trace.shape.num_contacts))
-    return Panel(title=title, plots=tuple(plots), contacts=contacts)
-
-
-def _per_contact(result: RunResult, values: Values, *, named: bool) -> tuple[Curve, ...]:
     names = result.scenario.finger_names
-    return tuple(
-        Curve(label=names[i] if named else "", colour=finger_colour(i), values=column)
-        for i, column in enumerate(values.T)
-    )
+    plots = {
+        label: finger_curves(1e3 * values, () if k else names)
+        for k, (label, values) in enumerate(quantities.items())
+    }
+    return panel_of(title, range(result.trace.shape.num_contacts), plots)
 
 
 def spatial_force_panels(result: RunResult) -> tuple[Panel, ...]:

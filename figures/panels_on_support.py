@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.figures.panels import Curve, Panel, Plot, Values, axis_colour, lighter
-from slipgrasp.recordings.palette import CONE, MARK
+from slipgrasp.figures.panels import Curve, Panel, Values, axis_colour, lighter, panel_of
+from slipgrasp.recordings.palette import CONE
 
 _CONTACT = (0,)
 
@@ -28,37 +28,25 @@ def friction_panels(result: RunResult) -> tuple[Panel, ...]:
     """Friction force with its limit, and friction moment."""
     trace = result.trace
     limit = (trace.friction_coefficient * trace.normal_force)[:, 0]
-    force = Plot(
-        label="$|f|$ [N]",
-        curves=(
-            Curve(label=r"$\mu N$", colour=CONE, values=limit, role="limit"),
-            Curve(label="$|f|$ friction", colour=MARK, values=trace.tangential_size[:, 0]),
-        ),
-        least_span=0.02,
-        with_zero=True,
-    )
+    force = [
+        Curve(label=r"$\mu N$", colour=CONE, values=limit, role="limit"),
+        Curve(label="$|f|$ friction", values=trace.tangential_size[:, 0]),
+    ]
     moment = 1e3 * trace.torsional_moment[:, 0]
     return (
-        Panel(title="friction force on the body", plots=(force,), contacts=_CONTACT),
+        panel_of("friction force on the body", _CONTACT, {"$|f|$ [N]": force}),
         _panel("friction moment on the body", {"$M$ [mN m]": moment}),
     )
 
 
 def _panel(title: str, plots: dict[str, Values]) -> Panel:
     """Quantities ``(rows,)``, or along x and y ``(rows, 2)``, by label."""
-    return Panel(
-        title=title,
-        plots=tuple(
-            Plot(label=label, curves=_curves(values), least_span=0.02, with_zero=True)
-            for label, values in plots.items()
-        ),
-        contacts=_CONTACT,
-    )
+    return panel_of(title, _CONTACT, {name: _curves(values) for name, values in plots.items()})
 
 
 def _curves(values: Values) -> tuple[Curve, ...]:
     if values.ndim == 1:
-        return (Curve(label="", colour=MARK, values=values),)
+        return (Curve(values=values),)
     colours = axis_colour(0), lighter(axis_colour(1), 0.2)
     named = zip("xy", colours, np.transpose(values), strict=True)
     return tuple(Curve(label=f"${axis}$", colour=c, values=each) for axis, c, each in named)

@@ -6,8 +6,8 @@ import numpy as np
 
 from slipgrasp.core.run.premises import find_premises
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.figures.panels import Curve, Panel, Plot, Values
-from slipgrasp.recordings.palette import CONE, MARK
+from slipgrasp.figures.panels import Curve, Panel, Values, panel_of
+from slipgrasp.recordings.palette import CONE
 
 
 def premise_panels(result: RunResult) -> tuple[Panel, ...]:
@@ -53,8 +53,6 @@ def _panel(
     first: tuple[str, Values],
     *limits: tuple[str, Values],
 ) -> Panel:
-    curves = [Curve(label=first[0], colour=MARK, values=first[1])]
-    for name, values in limits:
-        curves.append(Curve(label=name, colour=CONE, values=values, role="limit"))
-    plot = Plot(label=label, curves=tuple(curves), least_span=0.02)
-    return Panel(title=title, plots=(plot,), contacts=contacts)
+    curves = [Curve(label=first[0], values=first[1])]
+    curves += [Curve(label=name, colour=CONE, values=v, role="limit") for name, v in limits]
+    return panel_of(title, contacts, {label: curves}, with_zero=False)

@@ -14,7 +14,7 @@ from slipgrasp.core.scenario.chain import chain_points
 from slipgrasp.core.scenario.geometry import ContactFrame, contact_frame, outline
 from slipgrasp.figures.marks import Drawing, Frame, Point, new_drawing, unit
 from slipgrasp.figures.panels import finger_colour, lighter
-from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint
+from slipgrasp.figures.style import PAGE_WIDTH, add_title, new_figure, paint
 from slipgrasp.recordings.palette import (
     CONE,
     GROUND,
@@ -67,9 +67,7 @@ def draw_schematic(scenario: PlanarScenario) -> Figure:
         (_HAND_WIDTH, width, "(b) object and contacts"),
     )
     for left, wide, text in places:
-        title = add_axes(figure, left, 1.5, wide, _TITLE)
-        title.set_axis_off()
-        title.text(2.0 / wide, 0.5, text, va="center", fontsize=9.5)
+        add_title(figure, text, left, 1.5, wide, _TITLE)
     top = 1.5 + _TITLE
     _draw_hand(figure, (0.0, top, _HAND_WIDTH, _HEIGHT - top), scenario)
     _draw_object(figure, (_HAND_WIDTH, top, width, _HEIGHT - top), scenario)
@@ -121,41 +119,35 @@ def _draw_hand(figure: Figure, frame: Frame, scenario: PlanarScenario) -> None:
 
 
 def _draw_finger(drawing: Drawing, pose: FingerPose, finger: FingerParameters, index: int) -> None:
-    if finger.kind != "links":
-        _draw_bars(drawing, pose, index)
-        return
-    _draw_mount(drawing, pose.base)
-    away = 0.5 * (pose.base + pose.tip)
-    joints = (pose.base, pose.elbow, pose.tip)
-    for k in range(2):
-        start, end = joints[k], joints[k + 1]
+    """Two links, or bars; of slides, the first is a rail along x."""
+    has_links = finger.kind == "links"
+    if has_links:
+        _draw_mount(drawing, pose.base)
+    for start, end in ((pose.base, pose.elbow), (pose.elbow, pose.tip)):
         drawing.line(start, end, colour=JOINT, width=6.4)
         drawing.line(start, end, colour=lighter(LINK, 0.3), width=5.2)
-    directions = (pose.first, pose.first + pose.second)
-    for k, direction in enumerate(directions):
+    if has_links:
+        _write_lengths(drawing, pose, finger, index)
+        _draw_angles(drawing, pose, index)
+        drawing.dot(pose.base, 6.0, lighter(LINK, 0.7), JOINT)
+    drawing.dot(pose.elbow, 6.0, lighter(LINK, 0.7), JOINT)
+    drawing.dot(pose.tip, 5.0, finger_colour(index), JOINT)
+    x, y = pose.base
+    drawing.write(pose.base + drawing.mm * np.array([0.0, -7.2]), f"({x:.4g}, {y:.4g}) m")
+
+
+def _write_lengths(
+    drawing: Drawing, pose: FingerPose, finger: FingerParameters, index: int
+) -> None:
+    away = 0.5 * (pose.base + pose.tip)
+    joints = (pose.base, pose.elbow, pose.tip)
+    for k, direction in enumerate((pose.first, pose.first + pose.second)):
         middle = 0.5 * (joints[k] + joints[k + 1])
         side = unit(direction + 0.5 * math.pi)
         side = side if (middle - away) @ side >= 0.0 else -side
         number = 2 * index + k + 1
         text = f"$l_{{{number}}}$ = {finger.link_lengths[k]:.4g} m"
         drawing.write(middle + 3.6 * drawing.mm * side, text, turn=direction)
-    _draw_angles(drawing, pose, index)
-    drawing.dot(pose.base, 6.0, lighter(LINK, 0.7), JOINT)
-    drawing.dot(pose.elbow, 6.0, lighter(LINK, 0.7), JOINT)
-    drawing.dot(pose.tip, 5.0, finger_colour(index), JOINT)
-    x, y = finger.base
-    drawing.write(pose.base + drawing.mm * np.array([0.0, -7.2]), f"({x:.4g}, {y:.4g}) m")
-
-
-def _draw_bars(drawing: Drawing, pose: FingerPose, index: int) -> None:
-    """Bars from the base to the elbow and the tip; of slides, the first is a rail along x."""
-    for start, end in ((pose.base, pose.elbow), (pose.elbow, pose.tip)):
-        drawing.line(start, end, colour=JOINT, width=6.4)
-        drawing.line(start, end, colour=lighter(LINK, 0.3), width=5.2)
-    drawing.dot(pose.elbow, 6.0, lighter(LINK, 0.7), JOINT)
-    drawing.dot(pose.tip, 5.0, finger_colour(index), JOINT)
-    x, y = pose.base
-    drawing.write(pose.base + drawing.mm * np.array([0.0, -7.2]), f"({x:.4g}, {y:.4g}) m")
 
 
 def _draw_angles(drawing: Drawing, pose: FingerPose, index: int) -> None:

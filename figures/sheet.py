@@ -19,8 +19,8 @@ from slipgrasp.core.trace.trace import rows_from_start
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.figures.panels import Curve, Panel, Plot, lighter
 from slipgrasp.figures.phases import draw_lanes, name_lanes, phase_patches, shade
-from slipgrasp.figures.slip_times import Window, closer_look, whole_run
-from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint
+from slipgrasp.figures.slip_times import View, closer_look, views_of, whole_run
+from slipgrasp.figures.style import PAGE_WIDTH, add_axes, add_box, add_title, new_figure, paint
 from slipgrasp.recordings.palette import MARK, MUTED
 
 # Sizes on the page [mm].
@@ -28,7 +28,6 @@ _MARGIN = 1.5
 _COLUMN = PAGE_WIDTH / 2
 _LABELS = 15.5
 _LOOK = 26.0
-_GAP = 3.0
 _RIGHT = 3.0
 _TITLE = 5.0
 _LEGEND = 4.8
@@ -53,15 +52,6 @@ class _Cell(NamedTuple):
     width: float
     header: float
     plots: float
-
-
-class _View(NamedTuple):
-    """A time range that a panel shows, and its position on the page [mm]."""
-
-    name: str
-    window: Window
-    left: float
-    width: float
 
 
 def draw_sheet(result: RunResult, panels: Sequence[Panel]) -> Figure:
@@ -121,12 +111,13 @@ def _plot_height(row: Sequence[Panel]) -> float:
 
 
 def _draw_panel(figure: Figure, result: RunResult, panel: Panel, letter: str, cell: _Cell) -> None:
-    title = add_axes(figure, cell.left, cell.top, cell.width, _TITLE)
-    title.set_axis_off()
-    title.text(2.0 / cell.width, 0.5, f"({letter}) {panel.title}", va="center", fontsize=9.5)
+    add_title(figure, f"({letter}) {panel.title}", cell.left, cell.top, cell.width, _TITLE)
     _draw_legend(figure, panel, cell)
     lanes = _LANE * len(panel.contacts)
-    views = _views(result, cell)
+    available = cell.width - _LABELS - _RIGHT
+    share = _LOOK / (_COLUMN - _LABELS - _RIGHT)
+    left = cell.left + _LABELS
+    views = views_of(whole_run(result), closer_look(result), left, available, share)
     for view in views:
         top = cell.top + cell.header - _LANE_GAP - lanes
         strip = add_axes(figure, view.left, top, view.width, lanes)
@@ -147,19 +138,7 @@ def _draw_panel(figure: Figure, result: RunResult, panel: Panel, letter: str, ce
             _label(axes, plot, view, first=view is views[0], last=k == count - 1)
 
 
-def _views(result: RunResult, cell: _Cell) -> tuple[_View, ...]:
-    """The close-up on the left, if any, and the whole run."""
-    left, available = cell.left + _LABELS, cell.width - _LABELS - _RIGHT
-    look = closer_look(result)
-    if look is None:
-        return (_View("whole", whole_run(result), left, available),)
-    share = _LOOK / (_COLUMN - _LABELS - _RIGHT)
-    width = share * available
-    rest = _View("whole", whole_run(result), left + width + _GAP, available - width - _GAP)
-    return (_View("slip", look, left, width), rest)
-
-
-def _draw_plot(axes: Axes, result: RunResult, plot: Plot, view: _View, height: float) -> None:
+def _draw_plot(axes: Axes, result: RunResult, plot: Plot, view: View, height: float) -> None:
     if plot.with_zero:
         axes.axhline(0.0, color=paint(lighter(MUTED, 0.4)), linewidth=0.5, zorder=1.0)
     rows = rows_from_start(result.trace)
@@ -195,12 +174,10 @@ def _line(curve: Curve) -> dict[str, Any]:
     return {"color": colour, "linewidth": 0.7, "linestyle": style, "zorder": 2.0}
 
 
-def _label(axes: Axes, plot: Plot, view: _View, *, first: bool, last: bool) -> None:
+def _label(axes: Axes, plot: Plot, view: View, *, first: bool, last: bool) -> None:
     axes.set_ylabel(plot.label if first else "")
     axes.tick_params(labelleft=first, labelbottom=last, top=True, right=True)
-    axes.set_xlabel(
-        "" if not last else r"$t$ [s]" if view.name == "whole" else r"$t$ [s], closer look"
-    )
+    axes.set_xlabel(view.time_label if last else "")
     axes.xaxis.labelpad = 1.5
     if first:
         axes.yaxis.set_label_coords(-9.5 / view.width, 0.5)
@@ -210,8 +187,7 @@ def _draw_legend(figure: Figure, panel: Panel, cell: _Cell) -> None:
     named = _named_curves(panel)
     if not named:
         return
-    row = add_axes(figure, cell.left + _LABELS, cell.top + _TITLE, cell.width - _LABELS, _LEGEND)
-    row.set_axis_off()
+    row = add_box(figure, cell.left + _LABELS, cell.top + _TITLE, cell.width - _LABELS, _LEGEND)
     handles: list[Artist] = [Line2D([], [], label=curve.label, **_line(curve)) for curve in named]
     row.legend(handles=handles, loc="center left", ncols=len(handles))
 
@@ -225,8 +201,7 @@ def _named_curves(panel: Panel) -> list[Curve]:
 def _draw_key(figure: Figure, result: RunResult, height: float, ending: str) -> None:
     """Key of the phase colours, and below it the early end of the run, if any."""
     lines = 2 if ending else 1
-    row = add_axes(figure, 0.0, height - _MARGIN - _KEY * lines, PAGE_WIDTH, _KEY)
-    row.set_axis_off()
+    row = add_box(figure, 0.0, height - _MARGIN - _KEY * lines, PAGE_WIDTH, _KEY)
     row.set_label("key")
     handles = phase_patches(result)
     row.legend(handles=handles, loc="center", ncols=3, handlelength=1.2, handleheight=0.8)

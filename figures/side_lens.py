@@ -24,6 +24,7 @@ from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import CONE, JOINT, LENS, LINK, OBJECT, OBJECT_EDGE, PHASES, Rgb
 from slipgrasp.scene.patches import FacePatch
+from slipgrasp.scene.rotations import about_z
 from slipgrasp.scene.skeleton import Contact
 from slipgrasp.scene.states import States, drawable
 
@@ -126,6 +127,6 @@ def _directions_of_link(motion: HandMotion, index: int, contact: Contact) -> Val
     if contact.on_slides:
         return np.tile(-contact.axes[:2, 1], (len(motion.states.times), 1))
     along = motion.joints[:, index, -2] - motion.joints[:, index, -1]
-    _, _, _, cosine, *_, sine = motion.states.object_pose.T  # of half the rotation
-    angles = np.arctan2(along[:, 1], along[:, 0]) - 2.0 * np.arctan2(sine, cosine)
+    turns = about_z(motion.states.object_pose[:, 3:])
+    angles = np.arctan2(along[:, 1], along[:, 0]) - turns
     return np.stack([np.cos(angles), np.sin(angles)], axis=1)

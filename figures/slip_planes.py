@@ -21,7 +21,7 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.phases import phase_patches
 from slipgrasp.figures.sheet import ending_words
-from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint
+from slipgrasp.figures.style import PAGE_WIDTH, add_axes, add_box, new_figure, paint
 from slipgrasp.recordings.palette import CONE, MARK, MUTED, PHASES
 from slipgrasp.scene.states import drawable
 
@@ -52,8 +52,7 @@ def draw_slip_planes(result: RunResult) -> Figure:
     figure = new_figure(height)
     for i, name in enumerate(result.scenario.finger_names):
         left = column * i + 0.5 * (column - size + _LABELS - _RIGHT)
-        title = add_axes(figure, left, _TOP, size, _TITLE)
-        title.set_axis_off()
+        title = add_box(figure, left, _TOP, size, _TITLE)
         of_hand = " fingertip" * result.scenario.space.has_hand
         title.text(0.5, 0.5, f"{name}{of_hand}", ha="center", va="center", fontsize=9.5)
         way = add_axes(figure, left, _TOP + _TITLE, size, size)
@@ -122,8 +121,7 @@ def _draw_curve(axes: Axes, result: RunResult, contact: int, points: Values) -> 
 
 
 def _draw_key(figure: Figure, result: RunResult, top: float) -> None:
-    row = add_axes(figure, 0.0, top, PAGE_WIDTH, _KEY)
-    row.set_axis_off()
+    row = add_box(figure, 0.0, top, PAGE_WIDTH, _KEY)
     dots = [_dot("white", "first contact"), _dot(paint(MARK), "end")]
     handles: list[Artist] = [*phase_patches(result), *dots]
     row.legend(handles=handles, loc="center", ncols=5, handlelength=1.2, handleheight=0.8)

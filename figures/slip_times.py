@@ -14,6 +14,7 @@ _MERGED_SHARE = 0.02
 _LEAST_SHARE = 1e-3
 _BEFORE = 0.15
 _AFTER = 0.6
+_GAP = 3.0  # [mm]
 
 
 class Window(NamedTuple):
@@ -21,6 +22,39 @@ class Window(NamedTuple):
 
     start: float
     end: float
+
+
+class View(NamedTuple):
+    """A time range, and its position on the page [mm]."""
+
+    name: str
+    window: Window
+    left: float
+    width: float
+
+    @property
+    def time_label(self) -> str:
+        """Label of its time axis."""
+        return r"$t$ [s]" if self.name == "whole" else r"$t$ [s], closer look"
+
+
+def views_of(
+    whole: Window, look: Window | None, left: float, width: float, share: float
+) -> tuple[View, ...]:
+    """A close-up on the left, if there is one, and the whole run.
+
+    Args:
+        whole: Time range of the whole run.
+        look: Time range of the close-up; None without one.
+        left: Start of both on the page [mm].
+        width: Their width [mm].
+        share: Fraction of the width for the close-up.
+    """
+    if look is None:
+        return (View("whole", whole, left, width),)
+    narrow = share * width
+    rest = View("whole", whole, left + narrow + _GAP, width - narrow - _GAP)
+    return (View("slip", look, left, narrow), rest)
 
 
 class PhaseSpan(NamedTuple):

@@ -99,6 +99,21 @@ def add_axes(figure: Figure, left: float, top: float, width: float, height: floa
     )
 
 
+def add_box(figure: Figure, left: float, top: float, width: float, height: float) -> Axes:
+    """The same without lines and numbers, for text, keys and pictures."""
+    axes = add_axes(figure, left, top, width, height)
+    axes.set_axis_off()
+    return axes
+
+
+def add_title(
+    figure: Figure, text: str, left: float, top: float, width: float, height: float
+) -> None:
+    """Writes the title of a part of the page at the left of a box [mm]."""
+    box = add_box(figure, left, top, width, height)
+    box.text(2.0 / width, 0.5, text, va="center", fontsize=9.5)
+
+
 def paint(colour: Rgb) -> tuple[float, float, float]:
     """The colour in matplotlib's form."""
     red, green, blue = colour

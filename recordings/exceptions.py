@@ -20,8 +20,10 @@ class RecordingError(SlipgraspError):
 class RecordingNotFoundError(RecordingError):
     """The recording does not exist."""
 
+    noun = "recording"
+
     def __init__(self, name: str) -> None:
-        super().__init__(f"there is no recording '{_shown(name)}'")
+        super().__init__(f"there is no {self.noun} '{_shown(name)}'")
 
 
 class RecordingExistsError(RecordingError):

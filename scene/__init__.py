@@ -11,7 +11,7 @@ the entities with the library of its medium. This package imports only the model
   of the frame `plane`, which is vertical in the world; its object has a depth, and its marks are
   drawn in front of it. A planar hand has d = 2 coordinates and d - 1 tangents, a spatial one d = 3:
   `skeleton` defines the joints of a finger and the orientation of a contact frame, `states` how a
-  pose is stored, `parts` the depth of an object and its friction cone.
+  pose is stored, `sizes` the depth of an object, `parts` its friction cone.
 - **Frames** form a tree below `world`. A frame has a position and a rotation in its parent; each is
   constant, or a function of the states. Adapters for viewers that support frames pass them on;
   `world_poses` composes them for the others.

@@ -1,30 +1,24 @@
-"""Primitives in the frames of `skeleton`, with their sizes and roles."""
+"""Entities of a hand, its object and its contacts, in the frames of `skeleton`."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
-from enum import StrEnum
+from collections.abc import Iterator
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import HandScenario, RailScenario, Scenario, SupportScenario
-from slipgrasp.core.scenario.chain import (
-    Chain,
-    ChainJoint,
-    chain_length,
-    rotation_of,
-)
-from slipgrasp.core.scenario.geometry import inner_radius, outline
+from slipgrasp.core.scenario.chain import Chain, ChainJoint, rotation_of
 from slipgrasp.core.scenario.scenario import of_hand
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.scene import rotations, skeleton
 from slipgrasp.scene.pads import Pad
+from slipgrasp.scene.primitives import Arrow, Ball, Cone, Entity, Lines, Rod, Role, Shape
+from slipgrasp.scene.sizes import Sizes, sizes_of
 from slipgrasp.scene.skeleton import Contact, Moving
+from slipgrasp.scene.solids import edges_of, solid
 from slipgrasp.scene.states import States
 
 Values = NDArray[np.float64]
@@ -38,179 +32,6 @@ PAD_THICKNESS = 0.25
 """Thickness of the disc of a soft fingertip, in radii of its ball."""
 PAD_POINTER = 1.35
 """Length of the pad's pointer, in radii of the pad, so that it is visible from all sides."""
-_LEAST_GRAVITY = 1.0
-
-
-class Role(StrEnum):
-    """Roles of primitives with a fixed colour."""
-
-    OBJECT = "object"
-    OBJECT_EDGE = "object edge"
-    DESIRED = "desired"
-    LINK = "link"
-    JOINT = "joint"
-    MOUNT = "mount"
-    CONE = "cone"
-
-
-Paint = Role | Callable[[States], NDArray[np.int8]]
-"""A role, or phases that determine the colours of a primitive, shape ``(n,)``."""
-
-
-class Triangles(NamedTuple):
-    """Triangles between points ``(k, 3)`` [m], indices ``(m, 3)`` counterclockwise from outside."""
-
-    paint: Paint
-    points: Values
-    indices: NDArray[np.int64]
-
-
-class Lines(NamedTuple):
-    """Segments between points ``(k, 3)`` or moving ``(n, k, 3)`` [m], by indices ``(m, 2)``."""
-
-    paint: Paint
-    points: Values | Moving
-    indices: NDArray[np.int64]
-    thickness: float
-    dashed: bool = False
-
-
-class Rod(NamedTuple):
-    """A round bar between two points, with a radius at each end [m].
-
-    If it is rounded, its ends are half balls beyond those points.
-    """
-
-    paint: Paint
-    start: Values
-    end: Values
-    radii: tuple[float, float]
-    rounded: bool = False
-
-
-class Ball(NamedTuple):
-    """A ball."""
-
-    paint: Paint
-    centre: Values
-    radius: float
-
-
-class Arrow(NamedTuple):
-    """An arrow along a moving vector ``(n, 3)`` from a point, with a shaft and a head [m]."""
-
-    paint: Paint
-    tail: Values
-    vector: Moving
-    shaft_diameter: float
-    head_length: float
-    head_diameter: float
-
-
-class Cone(NamedTuple):
-    """A circular cone from the origin along z: moving half angle ``(n,)``, slant height [m]."""
-
-    paint: Paint
-    half_angle: Moving
-    slant: float
-
-
-Shape = Triangles | Lines | Rod | Ball | Arrow | Cone
-
-
-class Entity(NamedTuple):
-    """Primitives in the axes of a frame, which they follow."""
-
-    name: str
-    frame: str
-    shapes: tuple[Shape, ...]
-
-
-class Sizes(NamedTuple):
-    """Sizes derived from the scenario [m].
-
-    Attributes:
-        inner_radius: Distance from the centre of mass to the nearest face.
-        half_depth: Half the height of the prism; for a planar object, half its depth.
-        front: Distance of marks in front of a planar hand; 0 for a spatial one, which is
-            transparent.
-        link_radius: Radius of the links at the start of the first one.
-        tip_radius: Radius of the fingertips.
-        mark: Slant height of a friction cone.
-        thickness: Thickness of lines.
-        per_newton: Length of an arrow per newton [m/N].
-    """
-
-    inner_radius: float
-    half_depth: float
-    front: float
-    link_radius: float
-    tip_radius: float
-    mark: float
-    thickness: float
-    per_newton: float
-
-
-def sizes_of(scenario: Scenario) -> Sizes:
-    """Chooses sizes for a hand and object of any scale.
-
-    An arrow for twice the weight (on a support: a third of it) is as long as the distance from the
-    centre to the nearest face.
-
-    Args:
-        scenario: Hand and object.
-    """
-    unit = inner_radius(scenario.object)
-    if isinstance(scenario, SupportScenario):
-        return _sizes_on_support(scenario, unit)
-    count = len(scenario.fingers) - scenario.space.bare_contacts
-    lengths = [length for i in range(count) for length in _lengths(scenario, i)]
-    weight = scenario.object.mass * max(scenario.simulation.gravity, _LEAST_GRAVITY)
-    height = scenario.object.half_height
-    is_flat = math.isinf(height)
-    return Sizes(
-        inner_radius=unit,
-        half_depth=0.5 * unit if is_flat else height,
-        front=0.6 * unit if is_flat else 0.0,
-        link_radius=min(0.05 * float(np.mean(lengths)), unit),
-        tip_radius=0.2 * unit,
-        mark=0.9 * unit,
-        thickness=0.05 * unit,
-        per_newton=0.5 * unit / weight,
-    )
-
-
-def _sizes_on_support(scenario: SupportScenario, unit: float) -> Sizes:
-    """Sizes for a body on a support, whose friction is a fraction of its weight."""
-    weight = scenario.object.mass * max(scenario.simulation.gravity, _LEAST_GRAVITY)
-    return Sizes(
-        inner_radius=unit,
-        half_depth=skeleton.body_height(scenario),
-        front=0.0,
-        link_radius=0.1 * unit,
-        tip_radius=0.2 * unit,
-        mark=0.9 * unit,
-        thickness=0.05 * unit,
-        per_newton=3.0 * unit / weight,
-    )
-
-
-def _lengths(scenario: HandScenario | RailScenario, i: int) -> tuple[float, ...]:
-    """Lengths of the links [m].
-
-    For a chain, half its length; for slides, the distance of the tip from their origin.
-    """
-    finger = skeleton.mechanism_of(scenario, i)
-    if i in scenario.slides:
-        return (float(np.linalg.norm(skeleton.tip_at_start(of_hand(scenario), i))),)
-    if (chain := skeleton.chain_of(finger)) is not None:
-        return (0.5 * chain_length(chain.joints, chain.tip),)
-    return finger.link_lengths
-
-
-def outline_of(scenario: Scenario) -> Values:
-    """Corners of the base of the object's prism, counterclockwise, ``(k, 2)`` [m]."""
-    return outline(scenario.object)
 
 
 def entities_of(scenario: Scenario) -> list[Entity]:
@@ -241,91 +62,6 @@ def entities_of(scenario: Scenario) -> list[Entity]:
     if isinstance(scenario, RailScenario):
         entities += _rail(scenario, sizes)
     return entities
-
-
-def solid(scenario: Scenario, half_depth: float) -> Triangles:
-    """The object as a prism of its outline, or as a ball.
-
-    Args:
-        scenario: Hand and object.
-        half_depth: Half the height of the prism; the half axis of the ball along z [m].
-    """
-    corners = outline_of(scenario)
-    if scenario.object.shape != "sphere":
-        return prism(corners, half_depth)
-    return _ball(corners, half_depth)
-
-
-def edges_of(scenario: Scenario) -> NDArray[np.int64]:
-    """Pairs of points of the `solid` for its edges; for round objects, only some rings."""
-    count = len(outline_of(scenario))
-    if scenario.object.shape == "sphere":
-        return _ball_rings(count)
-    return prism_edges(count)[: 2 * count] if scenario.object.is_round else prism_edges(count)
-
-
-_PARALLELS = 13
-"""Rings of points of a ball, at equal steps of latitude between its poles; one is the equator."""
-
-
-def _ball(equator: Values, half_axis: float) -> Triangles:
-    """A ball from rings of points, from below, then the lower and the upper pole."""
-    latitudes = np.linspace(-0.5, 0.5, _PARALLELS + 2)[1:-1] * math.pi
-    heights = half_axis * np.sin(latitudes)
-    rings = [
-        np.column_stack([math.cos(latitude) * equator, np.full(len(equator), height)])
-        for latitude, height in zip(latitudes, heights, strict=True)
-    ]
-    points = np.vstack([*rings, [[0.0, 0.0, -half_axis], [0.0, 0.0, half_axis]]])
-    count = len(equator)
-    index = np.arange(count)
-    after = (index + 1) % count
-    south, north = len(points) - 2, len(points) - 1
-    last = (_PARALLELS - 1) * count
-    faces = [
-        np.column_stack([after, index, np.full(count, south)]),
-        np.column_stack([last + index, last + after, np.full(count, north)]),
-    ]
-    for first in range(0, last, count):
-        low, high = first + index, first + count + index
-        low_after, high_after = first + after, first + count + after
-        faces += [np.column_stack([low, low_after, high_after])]
-        faces += [np.column_stack([low, high_after, high])]
-    return Triangles(Role.OBJECT, points, np.concatenate(faces))
-
-
-def _ball_rings(count: int) -> NDArray[np.int64]:
-    """The equator and two perpendicular meridians."""
-    index = np.arange(count)
-    middle = _PARALLELS // 2 * count
-    rings = [np.column_stack([middle + index, middle + (index + 1) % count])]
-    south = _PARALLELS * count
-    for start in range(0, count, count // 4):
-        way = [south, *(start + count * np.arange(_PARALLELS)).tolist(), south + 1]
-        rings.append(np.column_stack([way[:-1], way[1:]]))
-    return np.concatenate(rings)
-
-
-def prism(corners: Values, half_height: float) -> Triangles:
-    """A convex outline ``(k, 2)`` extruded along z: bottom corners, then top corners."""
-    count = len(corners)
-    points = np.concatenate(
-        [np.column_stack([corners, np.full(count, z)]) for z in (-half_height, half_height)]
-    )
-    index = np.arange(count)
-    after = (index + 1) % count
-    fan = np.stack([np.zeros(count - 2, int), index[1:-1], index[2:]], axis=1)
-    sides = [(index, after, after + count), (index, after + count, index + count)]
-    faces = [fan[:, ::-1], fan + count, *(np.stack(side, axis=1) for side in sides)]
-    return Triangles(Role.OBJECT, points, np.concatenate(faces))
-
-
-def prism_edges(count: int) -> NDArray[np.int64]:
-    """Edges of a prism over ``count`` corners: bottom, top, and vertical."""
-    index = np.arange(count)
-    after = (index + 1) % count
-    pairs = [(index, after), (index + count, after + count), (index, index + count)]
-    return np.concatenate([np.stack(pair, axis=1) for pair in pairs])
 
 
 def force_in(contact: Contact, i: int, states: States) -> Values:
@@ -395,19 +131,22 @@ def _chain(i: int, scenario: HandScenario, chain: Chain, sizes: Sizes) -> Iterat
 
 
 def _rail_of(joint: ChainJoint, position: float, radius: float) -> Rod:
-    """The rail of a prismatic joint, from its zero to a position, and beyond both."""
-    low, high = min(0.0, position) - 4.0 * radius, max(0.0, position) + 4.0 * radius
+    """The rail of a prismatic joint."""
     axis = rotation_of(joint.attitude) @ joint.axis / np.linalg.norm(joint.axis)
-    place = np.array(joint.place)
-    return Rod(Role.MOUNT, place + low * axis, place + high * axis, (0.5 * radius, 0.5 * radius))
+    return _rail_along(axis, np.array(joint.place), position, radius)
+
+
+def _rail_along(axis: Values, zero: Values, position: float, radius: float) -> Rod:
+    """A rail from the zero of a slide to a position, and beyond both."""
+    low, high = min(0.0, position) - 4.0 * radius, max(0.0, position) + 4.0 * radius
+    return Rod(Role.MOUNT, zero + low * axis, zero + high * axis, (0.5 * radius, 0.5 * radius))
 
 
 def _slides(i: int, scenario: HandScenario, sizes: Sizes, contact: Contact) -> Iterator[Entity]:
     """A rail along x, its carriage, and the bar from there to the tip."""
     radius, tip = sizes.link_radius, skeleton.tip_at_start(scenario, i)
     along, place = np.array([1.0, 0.0, 0.0]), np.array([tip[0], 0.0, 0.0])
-    low, high = min(0.0, tip[0]) - 4.0 * radius, max(0.0, tip[0]) + 4.0 * radius
-    rail = Rod(Role.MOUNT, low * along, high * along, (0.5 * radius, 0.5 * radius))
+    rail = _rail_along(along, 0.0 * along, tip[0], radius)
     yield Entity(f"finger_{i}/rail", skeleton.base_frame(i), (rail,))
     width = 1.3 * radius
     carriage = Rod(Role.JOINT, -width * along, width * along, (width, width))
@@ -423,10 +162,7 @@ def _slides(i: int, scenario: HandScenario, sizes: Sizes, contact: Contact) -> I
 
 def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iterator[Shape]:
     """Fingertip, force on the object, friction cone, and line from the initial contact point."""
-
-    def phase(states: States) -> NDArray[np.int8]:
-        return states.phases[:, i]
-
+    phase = partial(_phase, i)
     front = np.array([0.0, 0.0, sizes.front])
     if contact.dimensions == 2:
         front *= contact.front
@@ -470,20 +206,28 @@ def _arrow(forces: Values, sizes: Sizes) -> Values:
 def _friction(scenario: SupportScenario, sizes: Sizes) -> Iterator[Shape]:
     """The friction force on a body on a support, and the line from its initial position."""
 
-    def phase(states: States) -> NDArray[np.int8]:
-        return states.phases[:, 0]
-
     def force(states: States) -> Values:
         return _arrow(np.pad(states.tangential_force[:, 0], ((0, 0), (0, 1))), sizes)
 
-    def line(states: States) -> Values:
-        down = np.array([0.0, 0.0, -2.0 * sizes.half_depth])
-        slid = np.pad(states.slip[:, 0], ((0, 0), (0, 1)))
-        return down - np.stack([slid, 0.0 * slid], axis=1)
+    down = np.array([0.0, 0.0, -2.0 * sizes.half_depth])
+    yield _slide_force(0, np.zeros(3), force, sizes.mark)
+    yield _slide_path(0, down, sizes)
 
-    head = 0.3 * sizes.mark
-    yield Arrow(phase, np.zeros(3), force, 0.1 * sizes.mark, head, 0.25 * sizes.mark)
-    yield Lines(partial(_trail_phase, 0), line, np.array([[0, 1]]), 2.0 * sizes.thickness)
+
+def _slide_force(i: int, tail: Values, force: Moving, mark: float) -> Arrow:
+    """The force on a sliding body."""
+    return Arrow(partial(_phase, i), tail, force, 0.1 * mark, 0.3 * mark, 0.25 * mark)
+
+
+def _slide_path(i: int, start: Values, sizes: Sizes) -> Lines:
+    """The line from the initial position of a sliding body to the present one."""
+
+    def line(states: States) -> Values:
+        slips = states.slip[:, i]
+        slid = np.pad(slips, ((0, 0), (0, 3 - slips.shape[1])))
+        return start - np.stack([slid, 0.0 * slid], axis=1)
+
+    return Lines(partial(_trail_phase, i), line, np.array([[0, 1]]), 2.0 * sizes.thickness)
 
 
 def _rail(scenario: RailScenario, sizes: Sizes) -> Iterator[Entity]:
@@ -493,23 +237,15 @@ def _rail(scenario: RailScenario, sizes: Sizes) -> Iterator[Entity]:
     start, end = (np.array([x, -radius, 0.0]) for x in ends)
     yield Entity("rail", skeleton.PLANE, (Rod(Role.MOUNT, start, end, (radius, radius)),))
 
-    def phase(states: States) -> NDArray[np.int8]:
-        return states.phases[:, 1]
-
     def force(states: States) -> Values:
         normal = states.normal_force[:, 1, None]
         both = np.hstack([states.tangential_force[:, 1], normal, 0.0 * normal])
         return _arrow(both, sizes)
 
-    def line(states: States) -> Values:
-        slid = np.pad(states.slip[:, 1], ((0, 0), (0, 2)))
-        return front - np.stack([slid, 0.0 * slid], axis=1)
-
     front, mark = np.array([0.0, 0.0, sizes.front]), min(sizes.mark, body.half_width)
-    arrow = Arrow(phase, front, force, 0.1 * mark, 0.3 * mark, 0.25 * mark)
-    name, trail = skeleton.contact_name(1), partial(_trail_phase, 1)
-    path = Lines(trail, line, np.array([[0, 1]]), 2.0 * sizes.thickness)
-    yield Entity(name, name, (arrow, path))
+    name = skeleton.contact_name(1)
+    marks = _slide_force(1, front, force, mark), _slide_path(1, front, sizes)
+    yield Entity(name, name, marks)
 
 
 def rail_ends(scenario: RailScenario) -> tuple[float, float]:
@@ -557,6 +293,10 @@ def _first_touch(contact: Contact, i: int, front: Values, states: States) -> Val
     arc = contact.along_face(shares * slips[:, None])
     turns = rotations.matrices(contact.turned(slips))
     return front + (arc - arc[:, -1:]) @ turns
+
+
+def _phase(i: int, states: States) -> NDArray[np.int8]:
+    return states.phases[:, i]
 
 
 def _trail_phase(i: int, states: States) -> NDArray[np.int8]:

@@ -54,6 +54,11 @@ def matrices(quaternions: Values) -> Values:
     return found
 
 
+def about_z(quaternions: Values) -> Values:
+    """Angles of rotations about z alone, ``(...)`` [rad]."""
+    return 2.0 * np.arctan2(quaternions[..., 3], quaternions[..., 0])
+
+
 def of_matrix(matrix: Values) -> tuple[float, float, float, float]:
     """The rotation of a matrix ``(3, 3)``."""
     m = matrix

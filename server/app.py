@@ -14,6 +14,7 @@ from contextlib import (
 from functools import partial
 
 import uvicorn
+from anyio import CapacityLimiter
 from fastapi import APIRouter, FastAPI
 from starlette.concurrency import run_in_threadpool
 from starlette.middleware import Middleware
@@ -29,16 +30,15 @@ from slipgrasp.server.http.body_limit import BodyLimit
 from slipgrasp.server.http.connections import (
     BACKLOG,
     KEEP_ALIVE_SECONDS,
+    GuardedProtocol,
     note_failed_accepts,
 )
 from slipgrasp.server.http.ending import EndingLimit
 from slipgrasp.server.http.errors import add_error_handlers
-from slipgrasp.server.http.events import EventSlots
 from slipgrasp.server.http.file_cache import FileCache
 from slipgrasp.server.http.identity import Gate
 from slipgrasp.server.http.log_limit import log_config
 from slipgrasp.server.http.openapi import DescribedApi, operation_id
-from slipgrasp.server.http.protocol import GuardedProtocol
 from slipgrasp.server.http.root_path import RootPath
 from slipgrasp.server.jobs.queue import JobQueue
 from slipgrasp.server.reading import RecordingReads
@@ -48,12 +48,10 @@ from slipgrasp.server.routes import (
     fits,
     health,
     recordings,
-    retention,
     run_files,
     runs,
     scenarios,
     studies,
-    study_events,
     study_results,
 )
 from slipgrasp.server.runs.retention import RetentionService
@@ -117,9 +115,9 @@ def create_app(settings: Settings, lifespan: Lifespan | None = None) -> FastAPI:
     app.include_router(_api())
     if settings.metrics:
         # It needs an optional package.
-        from slipgrasp.server.http.metrics import Metrics
+        from slipgrasp.server.http.metrics import add_metrics
 
-        Metrics().add_to(app)
+        add_metrics(app)
     add_error_handlers(app)
     return app
 
@@ -145,7 +143,8 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
         queue = JobQueue(settings, service.is_recovered.wait)
         study_service = StudyService(studies_kept, settings, queue, app.state.stopping.is_set)
         app.state.study_service = study_service
-        app.state.event_slots = EventSlots(settings.max_event_streams)
+        app.state.event_slots = asyncio.Semaphore(settings.max_event_streams)
+        app.state.event_makers = CapacityLimiter(1)
         study_service.start()
         fits_kept = FitStore(settings.data_directory, store)
         fit_service = FitService(
@@ -158,9 +157,8 @@ async def _live(settings: Settings, lifespan: Lifespan | None, app: FastAPI) -> 
             studies_kept,
             settings.retention,
             service.is_recovered.wait,
-            find_used=fits_kept.used_recordings,
+            fits_kept.used_recordings,
         )
-        app.state.retention_service = retention_service
         retention_service.start()
         store.begin_listing()
         try:
@@ -219,9 +217,7 @@ def _api() -> APIRouter:
         runs,
         recordings,
         run_files,
-        retention,
         studies,
-        study_events,
         study_results,
         fits,
         diff,

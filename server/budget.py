@@ -19,7 +19,7 @@ from slipgrasp.core.scenario.chosen_laws import diagnostics_of
 from slipgrasp.core.trace.signals import TraceShape
 from slipgrasp.recordings.export import ROWS_PER_GROUP
 from slipgrasp.recordings.file.size import RecordingSize, size_of_run
-from slipgrasp.server.exceptions import MemoryBusyError, MemoryHeldError, MemoryLimitError
+from slipgrasp.server.exceptions import MemoryLimitError, ServiceBusyError
 
 DEFAULT_BYTES = 600_000_000
 SHARE_OF_MACHINE = 0.5
@@ -266,7 +266,7 @@ class MemoryBudget:
 
         Raises:
             MemoryLimitError: If it needs more than the limit.
-            MemoryBusyError: If the memory stays in use for some time, or too many jobs wait.
+            ServiceBusyError: If the memory stays in use for some time, or too many jobs wait.
         """
         turn = self._ask(need, is_patient=give_up is not None)
         lease = Lease(self, need.num_bytes)
@@ -314,8 +314,8 @@ class MemoryBudget:
 
         Raises:
             MemoryLimitError: If it needs more than the limit.
-            MemoryBusyError: As in `reserve`.
-            MemoryHeldError: If pages hold too much; the job does not wait for them.
+            ServiceBusyError: As in `reserve`, or if pages hold too much; the job does not wait for
+                them.
         """
         self.check(need)
         most = round(HELD_SHARE * self.limit)
@@ -325,7 +325,11 @@ class MemoryBudget:
         # A single page may use everything.
         held = self._held - soon_free
         if held > 0 and need.num_bytes > most - held:
-            raise MemoryHeldError(need.num_bytes, held, most)
+            raise ServiceBusyError(
+                f"no memory available: it needs {-(-need.num_bytes // 10**6)} MB, and open pages "
+                f"use {held // 10**6} of {most // 10**6} MB; close another page, end a comparison "
+                "or choose a short run"
+            )
         with self.reserve(need) as lease:
             yield lease
 
@@ -373,8 +377,8 @@ class MemoryBudget:
                 self._left -= wanted
                 turn.set_result(None)
 
-    def _busy(self) -> MemoryBusyError:
-        return MemoryBusyError(len(self._waiting))
+    def _busy(self) -> ServiceBusyError:
+        return ServiceBusyError(f"{len(self._waiting)} others wait for memory")
 
 
 def _unpacked(num_bytes: float) -> int:

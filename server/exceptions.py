@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from slipgrasp.core.exceptions import FieldError, SlipgraspError
+from slipgrasp.core.exceptions import ScenarioError, SlipgraspError
 from slipgrasp.server.addresses import run_path
 
-RECOVERY_RETRY_AFTER = 2
-NOT_READY_RETRY_AFTER = 5
-MEMORY_RETRY_AFTER = 5
+RETRY_AFTER = 5
+"""Time after which refused clients may try again [s]."""
 
 
 class SettingsError(SlipgraspError):
     """Invalid settings of a server."""
 
 
-class InvalidRequestError(SlipgraspError):
+class InvalidRequestError(ScenarioError):
     """A malformed request, with one item per wrong field."""
-
-    def __init__(self, errors: Sequence[FieldError]) -> None:
-        self.errors = tuple(errors)
-        super().__init__("; ".join(error.message for error in self.errors))
 
 
 class UnreadableBodyError(SlipgraspError):
@@ -56,70 +49,22 @@ class BodyTooSlowError(SlipgraspError):
 
 
 class ServiceBusyError(SlipgraspError):
-    """No capacity for another run, or another upload, at the moment.
+    """No capacity for a request at the moment."""
 
-    Attributes:
-        retry_after: Time after which to try again [s].
-    """
-
-    def __init__(
-        self, waiting: int, retry_after: int, busy_with: str = "runs are waiting already"
-    ) -> None:
-        self.retry_after = retry_after
-        super().__init__(f"{waiting} {busy_with}; try again in {retry_after} s")
+    def __init__(self, reason: str) -> None:
+        super().__init__(f"{reason}; try again in {RETRY_AFTER} s")
 
 
 class MemoryLimitError(SlipgraspError):
     """A job that needs more memory than the limit of the server."""
 
     def __init__(self, job: str, num_bytes: int, limit: int, cure: str) -> None:
-        more = f"start the server with --memory of at least {_megabytes(num_bytes)}MB"
+        megabytes = -(-num_bytes // 10**6)
+        more = f"start the server with --memory of at least {megabytes}MB"
         super().__init__(
-            f"{job} needs {_megabytes(num_bytes)} MB of memory, and there are "
+            f"{job} needs {megabytes} MB of memory, and there are "
             f"{limit // 10**6} MB for it; {cure}{', or ' if cure else ''}{more}"
         )
-
-
-class MemoryBusyError(ServiceBusyError):
-    """A job that has waited too long for memory."""
-
-    def __init__(self, waiting: int) -> None:
-        super().__init__(waiting, MEMORY_RETRY_AFTER, "others wait for memory")
-
-
-class MemoryHeldError(ServiceBusyError):
-    """A recording for which there is no memory next to those on pages."""
-
-    def __init__(self, num_bytes: int, held: int, most: int) -> None:
-        SlipgraspError.__init__(
-            self,
-            f"no memory available: it needs {_megabytes(num_bytes)} MB, and open pages use "
-            f"{held // 10**6} of {most // 10**6} MB; close another page, end a comparison or "
-            "choose a short run, and open it again",
-        )
-        self.retry_after = MEMORY_RETRY_AFTER
-
-
-def _megabytes(num_bytes: int) -> int:
-    return -(-num_bytes // 10**6)
-
-
-class ServiceNotReadyError(ServiceBusyError):
-    """No run can be accepted at the moment."""
-
-    def __init__(self, obstacles: Sequence[str]) -> None:
-        SlipgraspError.__init__(self, f"the service is not ready: {'; '.join(obstacles)}")
-        self.retry_after = NOT_READY_RETRY_AFTER
-
-
-class RunRecoveringError(ServiceBusyError):
-    """A run of a killed service that is still being recovered."""
-
-    def __init__(self, run_id: str) -> None:
-        SlipgraspError.__init__(
-            self, f"run '{run_id}' is being recovered from a service that was killed"
-        )
-        self.retry_after = RECOVERY_RETRY_AFTER
 
 
 class RunUnfinishedError(SlipgraspError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
-from pydantic import Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from slipgrasp.server.addresses import from_outside
 
@@ -13,6 +13,15 @@ MAX_PAGE = 1000
 
 Limit = Annotated[int, Field(ge=1, le=MAX_PAGE, description="largest number of items")]
 Offset = Annotated[int, Field(ge=0, le=10**9, description="number of items to skip")]
+
+
+class PageQuery(BaseModel):
+    """A page of a list."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    limit: Limit = 100
+    offset: Offset = 0
 
 
 def page_links(url: str, offset: int, limit: int, count: int) -> dict[str, str]:

@@ -20,7 +20,6 @@ from slipgrasp.server.budget import MemoryBudget, Need
 from slipgrasp.server.exceptions import ServiceBusyError
 
 MAX_THREADS = 2
-RETRY_AFTER = 5
 POLL_SECONDS = 0.5
 
 Value = TypeVar("Value")
@@ -122,5 +121,5 @@ async def _unless_gone(
     while not result.done():
         await asyncio.wait([result], timeout=POLL_SECONDS)
         if not result.done() and await is_gone():
-            raise ServiceBusyError(0, RETRY_AFTER, "wait for the recording any more")
+            raise ServiceBusyError("nobody waits for the recording any more")
     return result.result()

@@ -36,7 +36,6 @@ class Settings:
         wall_limit: Time after which a run ends as ``limit`` [s].
         max_running: Runs simulated at the same time.
         max_waiting: Runs that may wait for their turn; further requests are refused.
-        retry_after: When refused clients may try again [s].
         answer_within: Default time that a request for a run waits for its end [s].
         max_wait: Longest time that it may wait [s].
         max_body_bytes: Largest request body, except for recordings.
@@ -68,7 +67,6 @@ class Settings:
     wall_limit: float = 30.0
     max_running: int = 2
     max_waiting: int = 100
-    retry_after: int = 5
     answer_within: float = 2.0
     max_wait: float = 60.0
     max_body_bytes: int = 1_000_000

@@ -97,7 +97,7 @@ def clock() -> Iterator[None]:
     """What is made later is listed as newer: lists go by the moments written in recordings."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("slipgrasp.recordings.store.store.datetime", ForwardClock)
-        patch.setattr("slipgrasp.recordings.study.study_store.datetime", ForwardClock)
+        patch.setattr("slipgrasp.recordings.store.job_store.datetime", ForwardClock)
         yield
 
 

@@ -55,10 +55,6 @@ class Panel(Protocol):
         """Draws a view."""
         ...
 
-    def remove(self) -> None:
-        """Removes all elements."""
-        ...
-
 
 class Screen:
     """Owns all nodes and panels of one viewer.
@@ -239,14 +235,6 @@ class Screen:
         """Widens the results for wide content."""
         self._is_wide = is_wide
         self._fit()
-
-    def remove(self) -> None:
-        """Removes everything from the page."""
-        for panel in self._panels:
-            panel.remove()
-        self._results.remove()
-        self._player.remove()
-        self._scene.remove()
 
 
 def _report(camera: viser.CameraHandle) -> CameraMoved:

@@ -51,7 +51,7 @@ from slipgrasp.web.screen import Screen
 from slipgrasp.web.workers.live_runs import LiveRuns
 from slipgrasp.web.workers.open_recordings import OpenRecordings
 from slipgrasp.web.workers.saved_runs import SavedRuns
-from slipgrasp.web.workers.worker import Worker
+from slipgrasp.web.workers.worker import QueueWorker
 
 FIRST_PRESET = "paper-case-1"
 """The preset of new sessions; its object stays held when a visitor pulls it."""
@@ -235,10 +235,9 @@ class Session:
 
     def _take(self, intent: Intent) -> None:
         for reducer in self._reducers:
-            if isinstance(intent, reducer.takes):
-                self._view = reducer.reduce(intent, self._view)
+            self._view = reducer.reduce(intent, self._view)
 
-    def _workers(self) -> Iterator[Worker]:
+    def _workers(self) -> Iterator[QueueWorker]:
         return chain.from_iterable(reducer.workers for reducer in self._reducers)
 
     def _wait(self) -> float | None:

@@ -7,222 +7,149 @@ the tests run a small sample of each.
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
+from functools import partial
+from typing import Any, NamedTuple
 
 from benchmarks.faults.bombs import defuse_all
 from benchmarks.faults.clients import hold_connections, read_signals
-from benchmarks.faults.clock import LARGEST_JUMP, jump_while_serving
+from benchmarks.faults.clock import jump_while_serving
 from benchmarks.faults.damage import cut_everywhere, flip_bits
 from benchmarks.faults.disk import cut_the_power, fail_every_write
-from benchmarks.faults.full_disk import fill_the_disk
 from benchmarks.faults.kills import kill_writers
-from benchmarks.faults.services import kill_services, restart_with_unfinished
-from benchmarks.faults.stops import stop_runs
+from benchmarks.faults.services import (
+    fill_the_disk,
+    kill_services,
+    restart_with_unfinished,
+    stop_runs,
+)
+from benchmarks.faults.survivors import kill_and_compare
 from benchmarks.faults.viewers import mix_viewers
-from benchmarks.faults.workers import kill_in_a_burst, kill_workers
+from benchmarks.faults.workers import kill_workers
 from benchmarks.report import Table
 
 __all__ = ["run"]
 
-KILLS = 100
-SERVICE_KILLS = 20
-SURVIVOR_KILLS, LAST_SECOND_KILLS = 50, 20
-WORKER_KILLS = 100
-DASK_KILLS, DASK_RUNS = 4, 2000
-BURST, BURST_SECONDS = 6, 4.0
-UNWRITABLE_RUNS = 7
-FLIPS = 2000
-CLOCK_RUNS = 50
-STOPS = 40
-IDLE, SLOW, CROWD_SECONDS = 1500, 200, 20.0
-UNFINISHED, UNFINISHED_DURATION = 10, 50.0
-POLITE, RUDE, ROUNDS, WATCH_SECONDS = 56, 8, 4, 8.0
-READERS, READ_DURATION, READ_SIGNALS = 40, 57.0, "t,slip,phase_0"
 
-Row = tuple[str, str]
+class Campaign(NamedTuple):
+    """Something that happens, repeatedly.
+
+    Attributes:
+        work: Makes it happen; returns numbers by name.
+        happens: Text of the table about it, with names in braces.
+        left: Text about the result.
+    """
+
+    work: Callable[[], dict[str, Any]]
+    happens: str
+    left: str
 
 
-def run(_docs: Path | None = None) -> list[Table]:
+def run() -> list[Table]:
     """The tables ``faults`` and ``bombs``; each row is printed as soon as it is measured."""
     rows = []
     for campaign in CAMPAIGNS:
-        rows.append(campaign())
+        found = campaign.work()
+        rows.append((campaign.happens.format(**found), campaign.left.format(**found)))
         print(": ".join(rows[-1]), flush=True)
     return [Table("faults", ("what happens", "what is left"), tuple(rows)), defuse_all()]
 
 
-def _killed_writers() -> Row:
-    kills = kill_writers(KILLS, seed=1)
-    return (
+CAMPAIGNS = (
+    Campaign(
+        partial(kill_writers, 100, seed=1),
         "SIGKILL while a run is written, at a random moment",
-        f"{kills.count} of {kills.count} still writing, {kills.readable} readable up to the "
-        f"last flush ({kills.fewest} to {kills.most} samples)",
-    )
-
-
-def _killed_services() -> Row:
-    services = kill_services(SERVICE_KILLS, seed=1)
-    return (
+        "{count} of {count} still writing, {readable} readable up to the last flush ({fewest} to "
+        "{most} samples)",
+    ),
+    Campaign(
+        partial(kill_services, 20, seed=1),
         "SIGKILL of a service that records two runs",
-        f"{services.count} of {services.count} restarted, all {services.recovered} runs listed "
-        f"as recovered, after {services.slowest:.1f} s at most",
-    )
-
-
-def _survivors() -> Row:
-    # Also a main program, which must not be imported before it is run.
-    from benchmarks.faults.survivors import kill_and_compare
-
-    found = kill_and_compare(SURVIVOR_KILLS, LAST_SECOND_KILLS, seed=1)
-    return (
-        f"SIGKILL of a run or a service, {SURVIVOR_KILLS} at a random instant and "
-        f"{LAST_SECOND_KILLS} in the last second of a recording",
-        f"{found.whole} complete recordings with the bytes of an undisturbed run, {found.laid_out} "
-        f"of them finished by recovery; {found.recovered} recovered as a prefix, {found.nothing} "
-        "without a sample yet",
-    )
-
-
-def _killed_workers() -> Row:
-    workers = kill_workers(WORKER_KILLS, seed=1)
-    return (
+        "{count} of {count} restarted, all {recovered} runs listed as recovered, after "
+        "{slowest:.1f} s at most",
+    ),
+    Campaign(
+        partial(kill_and_compare, 50, 20, seed=1),
+        "SIGKILL of a run or a service, {at_random} at a random instant and {in_last_second} in "
+        "the last second of a recording",
+        "{whole} complete recordings with the bytes of an undisturbed run, {laid_out} of them "
+        "finished by recovery; {recovered} recovered as a prefix, {nothing} without a sample yet",
+    ),
+    Campaign(
+        partial(kill_workers, 100, seed=1, runs=20_000),
         "SIGKILL of the workers of a study, again and again",
-        f"{workers.count} killed, {workers.runs} of {workers.runs} runs done exactly once: "
-        "the same file as undisturbed",
-    )
-
-
-def _killed_dask_workers() -> Row:
-    workers = kill_workers(DASK_KILLS, seed=1, runs=DASK_RUNS, engine="dask")
-    return (
+        "{killed} killed, {runs} of {runs} runs done exactly once: the same file as undisturbed",
+    ),
+    Campaign(
+        partial(kill_workers, 4, seed=1, runs=2000, engine="dask"),
         "SIGKILL of the workers of a Dask cluster",
-        f"{workers.count} killed, {workers.runs} of {workers.runs} runs done exactly once: "
-        "the same file as undisturbed in processes",
-    )
-
-
-def _burst() -> Row:
-    burst = kill_in_a_burst(BURST, BURST_SECONDS)
-    return (
-        f"SIGKILL of {BURST} workers of a study within {BURST_SECONDS:g} s",
-        f"{BURST} killed within {burst:.1f} s, the same file as undisturbed",
-    )
-
-
-def _full_disk() -> Row:
-    full = fill_the_disk(UNWRITABLE_RUNS)
-    return (
-        f"{2 * UNWRITABLE_RUNS} runs over REST while the disk is full",
-        f"{full.refused} refused with 507 before, of which {full.left} files are left; "
-        f"{full.failed} cut off and failed with the reason disk; 0 reported as completed",
-    )
-
-
-def _cuts() -> Row:
-    cuts = cut_everywhere()
-    return (
+        "{killed} killed, {runs} of {runs} runs done exactly once: the same file as undisturbed in "
+        "processes",
+    ),
+    Campaign(
+        partial(kill_workers, 6, seed=1, runs=2000, every=0.57),
+        "SIGKILL of 6 workers of a study within 4 s",
+        "{killed} killed within {seconds:.1f} s, the same file as undisturbed",
+    ),
+    Campaign(
+        partial(fill_the_disk, 7),
+        "{all} runs over REST while the disk is full",
+        "{refused} refused with 507 before, of which {left} files are left; {failed} cut off and "
+        "failed with the reason disk; 0 reported as completed",
+    ),
+    Campaign(
+        cut_everywhere,
         "cut off after every byte",
-        f"{cuts.finished} of a whole file refused; of an unfinished one {cuts.prefixes} read "
-        f"as a prefix, {cuts.empty} hold no sample yet and say so",
-    )
-
-
-def _flipped_bits() -> Row:
-    flips = flip_bits(FLIPS, seed=1)
-    return (
+        "{finished} of a whole file refused; of an unfinished one {prefixes} read as a prefix, "
+        "{empty} hold no sample yet and say so",
+    ),
+    Campaign(
+        partial(flip_bits, 2000, seed=1),
         "one bit flipped, at random",
-        f"{flips.refused} of {flips.count} refused, {flips.identical} read identical, 0 wrong; "
-        f"{flips.recovered} recovered as a prefix",
-    )
-
-
-def _failing_writes() -> Row:
-    failures = fail_every_write()
-    return (
+        "{refused} of {count} refused, {identical} read identical, 0 wrong; {recovered} recovered "
+        "as a prefix",
+    ),
+    Campaign(
+        fail_every_write,
         "the k-th write fails, for every k (disk full, input/output error, quota, torn)",
-        f"{failures.count} failures, {failures.readable} readable as a prefix, "
-        f"{failures.empty} before the first sample; every earlier recording unharmed",
-    )
-
-
-def _power_cuts() -> Row:
-    power = cut_the_power(seed=1)
-    return (
+        "{count} failures, {readable} readable as a prefix, {empty} before the first sample; every "
+        "earlier recording unharmed",
+    ),
+    Campaign(
+        partial(cut_the_power, seed=1),
         "power cut: what was not synced is lost",
-        f"{power.moments} moments, never more than {power.longest_loss:.2f} s lost",
-    )
-
-
-def _jumping_clock() -> Row:
-    jumps = jump_while_serving(CLOCK_RUNS)
-    return (
-        f"wall clock that jumps by up to {LARGEST_JUMP / 3600:g} h twice a second",
-        f"{jumps.runs} of {jumps.runs} runs and rows as without; runs one after the other say "
-        f"that they were made up to {jumps.furthest / 3600:.1f} h apart",
-    )
-
-
-def _stops() -> Row:
-    return (
-        f"{STOPS} endless runs stopped over REST, one after the other",
-        f"95 % have ended and are kept within {stop_runs(STOPS):.2f} s (target 0.5 s)",
-    )
-
-
-def _crowd() -> Row:
-    crowd = hold_connections(IDLE, SLOW, CROWD_SECONDS)
-    return (
-        f"{crowd.idle} idle connections and {crowd.slow} slow senders",
-        f"a new client is answered within {crowd.slowest:.2f} s (target 1 s), "
-        f"log {crowd.log_bytes / 1e3:.1f} kB (1 MB)",
-    )
-
-
-def _readers() -> Row:
-    readers = read_signals(READERS, READ_DURATION, READ_SIGNALS)
-    return (
-        f"{READERS} clients ask at once for signals of {readers.size / 1e6:.0f} MB",
-        ", ".join(f"{n} answered {status}" for status, n in sorted(readers.statuses.items()))
-        + f"; memory {readers.peak / 1e6:.0f} MB (1 GB), health "
-        f"p95 {1e3 * readers.health_p95:.0f} ms (100 ms)",
-    )
-
-
-def _restart() -> Row:
-    restart = restart_with_unfinished(UNFINISHED, UNFINISHED_DURATION)
-    return (
-        f"SIGKILL with {restart.count} recordings of {restart.size / 1e6:.0f} MB unfinished",
-        f"first answer after {restart.waited:.1f} s (target 2 s; {restart.empty:.1f} s with "
-        f"an empty folder), all recovered after {restart.seconds:.0f} s; meanwhile answered "
-        f"within {restart.slowest:.2f} s",
-    )
-
-
-def _mixed_viewers() -> Row:
-    mixed = mix_viewers(POLITE, RUDE, ROUNDS, WATCH_SECONDS, seed=1)
-    return (
-        f"{RUDE} of {POLITE + RUDE} viewers flood, stall, send garbage or huge messages",
-        f"the others keep {100.0 * mixed.share_kept:.0f} % of their updates (target 100 %), and "
-        f"{100.0 * mixed.share_of_work:.0f} % of those per second that the server works",
-    )
-
-
-CAMPAIGNS: tuple[Callable[[], Row], ...] = (
-    _killed_writers,
-    _killed_services,
-    _survivors,
-    _killed_workers,
-    _killed_dask_workers,
-    _burst,
-    _full_disk,
-    _cuts,
-    _flipped_bits,
-    _failing_writes,
-    _power_cuts,
-    _jumping_clock,
-    _stops,
-    _crowd,
-    _readers,
-    _restart,
-    _mixed_viewers,
+        "{moments} moments, never more than {loss:.2f} s lost",
+    ),
+    Campaign(
+        partial(jump_while_serving, 50),
+        "wall clock that jumps by up to {jump:g} h twice a second",
+        "{runs} of {runs} runs and rows as without; runs one after the other say that they were "
+        "made up to {furthest:.1f} h apart",
+    ),
+    Campaign(
+        partial(stop_runs, 40),
+        "{count} endless runs stopped over REST, one after the other",
+        "95 % have ended and are kept within {p95:.2f} s (target 0.5 s)",
+    ),
+    Campaign(
+        partial(hold_connections, idle=1500, slow=200, seconds=20.0),
+        "{idle} idle connections and {slow} slow senders",
+        "a new client is answered within {slowest:.2f} s (target 1 s), log {log:.1f} kB (1 MB)",
+    ),
+    Campaign(
+        partial(read_signals, 40, duration=57.0, names="t,slip,phase_0"),
+        "{clients} clients ask at once for signals of {size:.0f} MB",
+        "{statuses}; memory {peak:.0f} MB (1 GB), health p95 {p95:.0f} ms (100 ms)",
+    ),
+    Campaign(
+        partial(restart_with_unfinished, 10, duration=50.0),
+        "SIGKILL with {count} recordings of {size:.0f} MB unfinished",
+        "first answer after {waited:.1f} s (target 2 s; {empty:.1f} s with an empty folder), all "
+        "recovered after {seconds:.0f} s; meanwhile answered within {slowest:.2f} s",
+    ),
+    Campaign(
+        partial(mix_viewers, polite=56, rude=8, rounds=4, seconds=8.0, seed=1),
+        "{rude} of {all} viewers flood, stall, send garbage or huge messages",
+        "the others keep {kept:.0f} % of their updates (target 100 %), and {of_work:.0f} % of "
+        "those per second that the server works",
+    ),
 )

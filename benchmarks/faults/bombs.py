@@ -10,14 +10,13 @@ import tempfile
 import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 import zstandard
 from mcap.opcode import Opcode
-from mcap.records import Channel, Schema
+from mcap.records import Schema
 from numpy.typing import NDArray
 
 from benchmarks.faults.damage import small_run
@@ -40,7 +39,7 @@ from slipgrasp.recordings.file.documents import (
     start_document,
     stop_document,
 )
-from slipgrasp.recordings.file.foxglove import FrameClock
+from slipgrasp.recordings.file.foxglove.layouts import FrameClock
 from slipgrasp.recordings.file.reader import read_recording, read_unfinished
 
 _READER = """
@@ -55,30 +54,12 @@ print(json.dumps(defuse(Path(sys.argv[1]), reads)))
 MAX_SECONDS = 1.0
 MAX_MEGABYTES = 64.0
 CHUNK = 1 << 23
+DEEP = b"[" * 100_000 + b"]" * 100_000
 FOREIGN = 77
 NO_ROWS = np.empty((0, 0))
 
 _MESSAGE = struct.Struct("<BQHIQQ")
 _RECORD = struct.Struct("<BQ")
-
-
-@dataclass(frozen=True, slots=True)
-class Defused:
-    """Cost of a hostile file.
-
-    Attributes:
-        name: Description of the file.
-        size: Size [bytes].
-        seconds: Time until it was rejected [s].
-        megabytes: Growth of the process's peak memory [MB].
-        finding: Message of the rejection.
-    """
-
-    name: str
-    size: int
-    seconds: float
-    megabytes: float
-    finding: str
 
 
 class Bomb:
@@ -95,99 +76,64 @@ class Bomb:
             SCENARIO_ATTACHMENT, "application/json", scenario_document(scenario)
         )
 
-    def chunk(self, content: bytes, claimed: int | None = None, level: int = 19) -> bytes:
-        """A compressed chunk record, which may state a false size."""
-        data = zstandard.ZstdCompressor(level=level).compress(content)
-        size = len(content) if claimed is None else claimed
-        head = struct.pack("<QQQII4sQ", 0, 0, size, zlib.crc32(content), 4, b"zstd", len(data))
-        return self.record(Opcode.CHUNK, head + data)
 
-    def record(self, opcode: int, body: bytes, claimed: int | None = None) -> bytes:
-        """Any record, which may state a false length."""
-        return _RECORD.pack(opcode, len(body) if claimed is None else claimed) + body
+Make = Callable[[Bomb], bytes]
+"""Completes a file; returns what is then appended, apart from its end."""
 
 
-def _inflating(bomb: Bomb) -> None:
-    bomb.stream.write(bomb.chunk(bytes(1 << 28), claimed=1000))
+def _record(opcode: int, body: bytes, claimed: int | None = None) -> bytes:
+    """Any record, which may state a false length."""
+    return _RECORD.pack(opcode, len(body) if claimed is None else claimed) + body
 
 
-def _huge_claim(bomb: Bomb) -> None:
-    bomb.stream.write(bomb.chunk(bytes(1 << 20), claimed=1 << 30))
+def _chunk(content: bytes, claimed: int | None = None, level: int = 19) -> bytes:
+    """A compressed chunk, which may state a false size."""
+    data = zstandard.ZstdCompressor(level=level).compress(content)
+    return _packed(data, len(content) if claimed is None else claimed, zlib.crc32(content))
 
 
-def _zeros(bomb: Bomb) -> None:
-    bomb.stream.write(bomb.chunk(bytes(CHUNK)) * 1000)
+def _packed(data: bytes, size: int, checksum: int) -> bytes:
+    head = struct.pack("<QQQII4sQ", 0, 0, size, checksum, 4, b"zstd", len(data))
+    return _record(Opcode.CHUNK, head + data)
 
 
-def _wide_window(bomb: Bomb) -> None:
+def _wide_window(_bomb: Bomb) -> bytes:
     parameters = zstandard.ZstdCompressionParameters(window_log=27, compression_level=1)
     compressor = zstandard.ZstdCompressor(compression_params=parameters).compressobj()
     data = compressor.compress(bytes(CHUNK)) + compressor.flush()
-    head = struct.pack("<QQQII4sQ", 0, 0, CHUNK, 0, 4, b"zstd", len(data))
-    bomb.stream.write(bomb.record(Opcode.CHUNK, head + data) * 100)
+    return _packed(data, CHUNK, 0) * 100
 
 
-def _foreign_messages(bomb: Bomb) -> None:
-    bomb.container.add_schema(Schema(id=1, name="x", encoding="", data=b""))
-    bomb.container.add_channel(
-        Channel(id=FOREIGN, topic="/x", message_encoding="", schema_id=1, metadata={})
-    )
+def _foreign_messages(bomb: Bomb) -> bytes:
+    bomb.container.add_topic("/x", Schema(id=FOREIGN, name="x", encoding="", data=b""), {})
     message = _MESSAGE.pack(Opcode.MESSAGE, _MESSAGE.size - _RECORD.size, FOREIGN, 0, 0, 0)
-    bomb.stream.write(bomb.chunk(message * (CHUNK // len(message)), level=1) * 200)
+    return _chunk(message * (CHUNK // len(message)), level=1) * 200
 
 
-def _schemas(bomb: Bomb) -> None:
-    body = struct.pack("<HI1sI0sI", 1, 1, b"x", 0, b"", 0)
-    bomb.stream.write(bomb.record(Opcode.SCHEMA, body) * 1_000_000)
+def _deep_documents(bomb: Bomb) -> bytes:
+    documents = dict.fromkeys(("reason", "warnings", "metrics"), DEEP.decode())
+    bomb.container.add_metadata(STOP, documents)
+    return b""
 
 
-def _channels(bomb: Bomb) -> None:
-    body = struct.pack("<HHI1sI0sI", 1, 0, 1, b"x", 0, b"", 0)
-    bomb.stream.write(bomb.record(Opcode.CHANNEL, body) * 1_000_000)
+def _long_numbers(bomb: Bomb) -> bytes:
+    bomb.container.add_metadata(STOP, {"outcome": "completed", "reason": "9" * 900_000})
+    return b""
 
 
-def _huge_schema(bomb: Bomb) -> None:
-    bomb.stream.write(bomb.record(Opcode.SCHEMA, bytes(1 << 26)))
-
-
-def _huge_attachment(bomb: Bomb) -> None:
-    bomb.stream.write(bomb.record(Opcode.ATTACHMENT, bytes(1 << 26)))
-
-
-def _endless_record(bomb: Bomb) -> None:
-    bomb.stream.write(bomb.record(Opcode.METADATA, bytes(100), claimed=1 << 63))
-
-
-def _empty_chunks(bomb: Bomb) -> None:
-    bomb.stream.write(bomb.chunk(b"") * 200_000)
-
-
-def _indexes(bomb: Bomb) -> None:
-    bomb.stream.write(bomb.record(Opcode.MESSAGE_INDEX, struct.pack("<HI", 1, 0)) * 1_000_000)
-
-
-def _deep_documents(bomb: Bomb) -> None:
-    deep = "[" * 100_000 + "]" * 100_000
-    bomb.container.add_metadata(STOP, dict.fromkeys(("reason", "warnings", "metrics"), deep))
-
-
-def _deep_scenario(bomb: Bomb) -> None:
-    _finish_run(bomb, b"[" * 100_000 + b"]" * 100_000)
-
-
-def _many_changes(bomb: Bomb) -> None:
+def _many_changes(bomb: Bomb) -> bytes:
     scenario = load_scenario("paper-case-2").to_mapping()
     change = {"time": 1.0, "parameter": "object.mass", "value": 1.0}
-    _finish_run(bomb, json.dumps({**scenario, "changes": [change] * 15_000}).encode())
+    return _finish_run(bomb, json.dumps({**scenario, "changes": [change] * 15_000}).encode())
 
 
-def _many_samples(bomb: Bomb) -> None:
+def _many_samples(bomb: Bomb) -> bytes:
     run = small_run()
     last = np.repeat(run.trace.to_rows()[-1:], 10_000, axis=0)
-    _finish_run(bomb, scenario_document(run.scenario), last, repeats=100)
+    return _finish_run(bomb, scenario_document(run.scenario), last, repeats=100)
 
 
-def _many_phase_changes(bomb: Bomb) -> None:
+def _many_phase_changes(bomb: Bomb) -> bytes:
     run = small_run()
     change = PhaseChange(
         time=run.end_time,
@@ -196,7 +142,7 @@ def _many_phase_changes(bomb: Bomb) -> None:
         to_phase=ContactPhase.SLIP_FORWARD,
     )
     rows = run.trace.to_rows()[:0]
-    _finish_run(bomb, scenario_document(run.scenario), rows, [change] * 20_000, repeats=50)
+    return _finish_run(bomb, scenario_document(run.scenario), rows, [change] * 20_000, repeats=50)
 
 
 def _finish_run(
@@ -205,22 +151,15 @@ def _finish_run(
     rows: NDArray[np.float64] = NO_ROWS,
     changes: Sequence[PhaseChange] = (),
     repeats: int = 0,
-) -> None:
+) -> bytes:
     """A run with another scenario, and more samples and phase changes, with matching hashes."""
     run, container = small_run(), bomb.container
     container.add_attachment(SCENARIO_ATTACHMENT, "application/json", scenario)
     documents = documents_hash(bomb.start, scenario)
     chunks = ChunkWriter(container, run.trace.shape, documents, (), FrameClock(0.0))
     for layout in chunks.layouts.values():
-        container.add_channel(
-            Channel(
-                id=layout.channel,
-                topic=layout.topic.name,
-                message_encoding="protobuf",
-                schema_id=0,
-                metadata={},
-            )
-        )
+        schema = Schema(id=layout.channel, name="", encoding="protobuf", data=b"")
+        container.add_topic(layout.topic.name, schema, {})
     ticks = run.ticks.to_rows()
     chunks.write(run.trace.to_rows(), run.phase_changes, ticks)
     for _ in range(repeats):
@@ -228,54 +167,53 @@ def _finish_run(
     by_channel = container.message_counts
     counts = {topic.name: by_channel[lay.channel] for topic, lay in chunks.layouts.items()}
     container.add_metadata(STOP, stop_document(run, counts, documents, chunks.state))
+    return b""
 
 
-def _long_numbers(bomb: Bomb) -> None:
-    bomb.container.add_metadata(STOP, {"outcome": "completed", "reason": "9" * 900_000})
-
-
-def _huge_index(bomb: Bomb) -> None:
+def _huge_index(bomb: Bomb) -> bytes:
     bomb.container.finish()
-    bomb.stream.write(bytes(1 << 26) + MAGIC)
+    return bytes(1 << 26) + MAGIC
 
 
-BOMBS: dict[str, Callable[[Bomb], None]] = {
-    "a chunk of 12 kB that inflates to 256 MiB": _inflating,
-    "a chunk that claims to hold 1 GiB": _huge_claim,
-    "1000 chunks that inflate to 8 MiB of zeros each": _zeros,
+_SCHEMA = struct.pack("<HI1sI0sI", 1, 1, b"x", 0, b"", 0)
+_CHANNEL = struct.pack("<HHI1sI0sI", 1, 0, 1, b"x", 0, b"", 0)
+_INDEX = struct.pack("<HI", 1, 0)
+
+BOMBS: dict[str, Make] = {
+    "a chunk of 12 kB that inflates to 256 MiB": lambda _: _chunk(bytes(1 << 28), claimed=1000),
+    "a chunk that claims to hold 1 GiB": lambda _: _chunk(bytes(1 << 20), claimed=1 << 30),
+    "1000 chunks that inflate to 8 MiB of zeros each": lambda _: _chunk(bytes(CHUNK)) * 1000,
     "100 chunks that ask for a window of 128 MiB": _wide_window,
     "54 million messages of another program": _foreign_messages,
-    "a million schemas": _schemas,
-    "a million channels": _channels,
-    "a schema of 64 MiB": _huge_schema,
-    "an attachment of 64 MiB": _huge_attachment,
-    "a record that claims 2^63 bytes": _endless_record,
-    "200 000 empty chunks": _empty_chunks,
-    "a million message indexes": _indexes,
+    "a million schemas": lambda _: _record(Opcode.SCHEMA, _SCHEMA) * 1_000_000,
+    "a million channels": lambda _: _record(Opcode.CHANNEL, _CHANNEL) * 1_000_000,
+    "a schema of 64 MiB": lambda _: _record(Opcode.SCHEMA, bytes(1 << 26)),
+    "an attachment of 64 MiB": lambda _: _record(Opcode.ATTACHMENT, bytes(1 << 26)),
+    "a record that claims 2^63 bytes": lambda _: _record(Opcode.METADATA, bytes(100), 1 << 63),
+    "200 000 empty chunks": lambda _: _chunk(b"") * 200_000,
+    "a million message indexes": lambda _: _record(Opcode.MESSAGE_INDEX, _INDEX) * 1_000_000,
     "an ending nested 100 000 deep": _deep_documents,
-    "a scenario nested 100 000 deep": _deep_scenario,
+    "a scenario nested 100 000 deep": lambda bomb: _finish_run(bomb, DEEP),
     "a scenario of 15 000 timed changes": _many_changes,
     "a number of 900 000 digits": _long_numbers,
     "an index of 64 MiB": _huge_index,
 }
 
-WHOLE_BOMBS: dict[str, Callable[[Bomb], None]] = {
+WHOLE_BOMBS: dict[str, Make] = {
     "a million samples of a run of a few": _many_samples,
     "a million phase changes of a run of a few": _many_phase_changes,
 }
 """Files whose start is retained by a reader that recovers valid parts."""
 
 
-def write_bombs(
-    folder: Path, bombs: Mapping[str, Callable[[Bomb], None]] = BOMBS
-) -> dict[str, Path]:
+def write_bombs(folder: Path, bombs: Mapping[str, Make] = BOMBS) -> dict[str, Path]:
     """Writes every hostile file, each with a matching index and checksums."""
     paths = {}
     for i, (name, make) in enumerate(bombs.items()):
         paths[name] = folder / f"{i}.mcap"
         with paths[name].open("wb") as stream:
             bomb = Bomb(stream)
-            make(bomb)
+            stream.write(make(bomb))
             if make is not _huge_index:
                 bomb.container.finish()
     return paths
@@ -311,26 +249,16 @@ def defuse_all() -> Table:
         AssertionError: If one is not rejected within the limits.
     """
     with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as other:
-        found = [_measure(*file, 2) for file in write_bombs(Path(folder)).items()]
-        found += [_measure(*file, 1) for file in write_bombs(Path(other), WHOLE_BOMBS).items()]
-    for bomb in found:
-        assert bomb.seconds < MAX_SECONDS and bomb.megabytes < MAX_MEGABYTES, bomb
-    return _table(found)
+        rows = [_row(*file, 2) for file in write_bombs(Path(folder)).items()]
+        rows += [_row(*file, 1) for file in write_bombs(Path(other), WHOLE_BOMBS).items()]
+    note = f"All refused; limits: {MAX_SECONDS:g} s, {MAX_MEGABYTES:g} MB."
+    heads = ("hostile file", "size [MB]", "refused after [s]", "memory [MB]")
+    return Table("bombs", heads, tuple(rows), (note,))
 
 
-def _measure(name: str, path: Path, num_reads: int) -> Defused:
+def _row(name: str, path: Path, num_reads: int) -> tuple[str, ...]:
     command = [sys.executable, "-c", _READER, str(path), str(num_reads)]
     answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     seconds, megabytes, findings = json.loads(answer)
-    finding = findings[0].partition("damaged: ")[2]
-    return Defused(name, path.stat().st_size, seconds, megabytes, finding)
-
-
-def _table(found: Sequence[Defused]) -> Table:
-    rows = tuple(
-        (bomb.name, f"{bomb.size / 1e6:.2f}", f"{bomb.seconds:.3f}", f"{bomb.megabytes:.1f}")
-        for bomb in found
-    )
-    note = f"All refused; limits: {MAX_SECONDS:g} s, {MAX_MEGABYTES:g} MB."
-    heads = ("hostile file", "size [MB]", "refused after [s]", "memory [MB]")
-    return Table("bombs", heads, rows, (note,))
+    assert seconds < MAX_SECONDS and megabytes < MAX_MEGABYTES, (name, answer, findings)
+    return name, f"{path.stat().st_size / 1e6:.2f}", f"{seconds:.3f}", f"{megabytes:.1f}"

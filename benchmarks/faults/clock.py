@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import os
 import subprocess
 import tempfile
-import time
-import urllib.request
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from benchmarks.faults.services import POLL, start_service
+from benchmarks.service import Service, serve
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.recorder import record
 
@@ -50,50 +45,37 @@ time_t time(time_t *told) {
 """
 
 
-@dataclass(frozen=True, slots=True)
-class ClockJumps:
-    """Runs and studies under a clock that jumps twice a second.
-
-    Attributes:
-        runs: Number of runs requested over REST, including those of a study; all are as without
-            jumps.
-        furthest: Largest difference of their stated creation times [s].
-    """
-
-    runs: int
-    furthest: float
-
-
-def jump_while_serving(runs: int) -> ClockJumps:
+def jump_while_serving(runs: int) -> dict[str, Any]:
     """Requests runs and a study from a service while its wall clock jumps by hours.
 
     Args:
         runs: Number of runs, and of rows of the study.
+
+    Returns:
+        Number of ``runs`` with those of the study, all as without jumps; ``furthest``, the largest
+        difference of their stated creation times, and the largest ``jump`` [h].
 
     Raises:
         AssertionError: If one fails, differs from one simulated here, or has the id of another, or
             if the service logs an unhandled error.
     """
     with tempfile.TemporaryDirectory() as name:
-        folder, log = Path(name), Path(name) / "log.txt"
-        environment = {**os.environ, "LD_PRELOAD": str(_compile(folder))}
-        with log.open("wb") as stream:
-            service, url = start_service(folder, stream, environment)
-        with service:
-            try:
-                made = [_simulate(url, _run(i)) for i in range(runs)]
-                study = _ask(url, "studies", _study(runs))
-                _follow(url, study["id"])
-                study = _ask(url, f"studies/{study['id']}")
-                for i, run in enumerate(made):
-                    _check(url, run, i, folder)
-            finally:
-                service.terminate()
-        assert "Traceback" not in log.read_text()
-    assert (study["state"], study["finished"]) == ("completed", runs)
+        folder = Path(name)
+        jumping = {"LD_PRELOAD": str(_compile(folder))}
+        with serve(folder, environment=jumping) as service:
+            made = [service.run_after_end(service.ask("/runs", _run(i))["id"]) for i in range(runs)]
+            study = service.ask("/studies", _study(runs))["id"]
+            events = service.exchange(f"/studies/{study}/events").content
+            assert b"event: end" in events
+            ended = service.ask(f"/studies/{study}")
+            for i, run in enumerate(made):
+                _check(service, run, folder / f"here-{i}.mcap", _run(i))
+        assert "Traceback" not in service.log.read_text()
+    assert (ended["state"], ended["finished"]) == ("completed", runs)
     assert len({run["id"] for run in made}) == runs
-    times = [_seconds(run["created"]) for run in made]
-    return ClockJumps(2 * runs, max(times) - min(times))
+    times = [datetime.fromisoformat(run["created"]).timestamp() for run in made]
+    furthest = (max(times) - min(times)) / 3600
+    return {"runs": 2 * runs, "furthest": furthest, "jump": LARGEST_JUMP / 3600}
 
 
 def _compile(folder: Path) -> Path:
@@ -109,15 +91,6 @@ def _run(i: int) -> dict[str, Any]:
     return {"scenario": "paper-case-1", "set": values}
 
 
-def _simulate(url: str, body: dict[str, Any]) -> dict[str, Any]:
-    """A run after its end; on a busy machine the first response comes earlier."""
-    run = _ask(url, "runs", body)
-    while "outcome" not in run:
-        time.sleep(POLL)
-        run = _ask(url, f"runs/{run['id']}")
-    return run
-
-
 def _study(runs: int) -> dict[str, Any]:
     return {
         "base": "paper-case-1",
@@ -127,31 +100,9 @@ def _study(runs: int) -> dict[str, Any]:
     }
 
 
-def _check(url: str, run: dict[str, Any], i: int, folder: Path) -> None:
+def _check(service: Service, run: dict[str, Any], here: Path, asked: dict[str, Any]) -> None:
     """Compares a recording with one made here, with a correct clock."""
     assert run["outcome"] == "completed", run
-    asked = _run(i)
-    here = folder / f"here-{i}.mcap"
     record(with_values(load_scenario(asked["scenario"]), asked["set"]), here)
-    with urllib.request.urlopen(f"{url}api/v1/runs/{run['id']}/recording") as answer:
-        assert answer.read() == here.read_bytes(), "the clock has changed a recording"
-
-
-def _follow(url: str, study_id: str) -> None:
-    """Waits for the end of a study."""
-    with urllib.request.urlopen(f"{url}api/v1/studies/{study_id}/events") as events:
-        assert b"event: end" in events.read()
-
-
-def _ask(url: str, path: str, body: dict[str, Any] | None = None) -> dict[str, Any]:
-    data = None if body is None else json.dumps(body).encode()
-    request = urllib.request.Request(
-        f"{url}api/v1/{path}", data, {"Content-Type": "application/json"}
-    )
-    with urllib.request.urlopen(request) as answer:
-        found: dict[str, Any] = json.load(answer)
-    return found
-
-
-def _seconds(created: str) -> float:
-    return datetime.fromisoformat(created).timestamp()
+    made = service.exchange(f"/runs/{run['id']}/recording").content
+    assert made == here.read_bytes(), "the clock has changed a recording"

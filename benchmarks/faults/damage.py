@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import random
 import tempfile
-from collections import Counter
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
@@ -17,38 +16,6 @@ from slipgrasp.recordings.file.reader import read_recording, read_unfinished
 from slipgrasp.recordings.file.writer import RecordingWriter, write_recording
 
 SAMPLES_PER_CHUNK = 3
-
-
-@dataclass(frozen=True, slots=True)
-class Cuts:
-    """Results of reading truncated files.
-
-    Attributes:
-        finished: Number of truncations of a finished file, each rejected.
-        prefixes: Number of truncations of an unfinished file that gave a prefix of the run.
-        empty: Number of truncations of an unfinished file before its first sample, each rejected.
-    """
-
-    finished: int
-    prefixes: int
-    empty: int
-
-
-@dataclass(frozen=True, slots=True)
-class Flips:
-    """Results of reading files with a wrong bit.
-
-    Attributes:
-        count: Number of files.
-        refused: Number of rejected files.
-        identical: Number of files that gave the same run.
-        recovered: Number of files with a recoverable prefix.
-    """
-
-    count: int
-    refused: int
-    identical: int
-    recovered: int
 
 
 def small_run() -> RunResult:
@@ -72,8 +39,12 @@ def write_part(run: RunResult, path: Path, samples_per_chunk: int = SAMPLES_PER_
         return part_of(path).read_bytes()
 
 
-def cut_everywhere(step: int = 1) -> Cuts:
+def cut_everywhere(step: int = 1) -> dict[str, Any]:
     """Truncates a finished and an unfinished file after every ``step``-th byte.
+
+    Returns:
+        Numbers of truncations: ``finished`` of a finished file, all rejected; ``prefixes`` of an
+        unfinished file that gave a prefix of the run; ``empty``, rejected without a sample.
 
     Raises:
         AssertionError: If one is read with other content than was written.
@@ -89,18 +60,22 @@ def cut_everywhere(step: int = 1) -> Cuts:
         left = [_recover(file, part[:length], run) for length in lengths]
     assert not any(finished), "a file without its end was read as if it were whole"
     assert left == sorted(left), "a longer file gave less"
-    return Cuts(len(finished), sum(map(bool, left)), left.count(0))
+    prefixes, empty = sum(map(bool, left)), left.count(0)
+    return {"finished": len(finished), "prefixes": prefixes, "empty": empty}
 
 
-def flip_bits(count: int, seed: int) -> Flips:
+def flip_bits(count: int, seed: int) -> dict[str, Any]:
     """Flips single bits of a finished file at random.
+
+    Returns:
+        Numbers of files: the ``count``, ``refused``, ``identical`` when read, ``recovered``.
 
     Raises:
         AssertionError: If one is read with other content than was written.
     """
     run = small_run()
     source = random.Random(seed)
-    found: Counter[str] = Counter()
+    found = {"count": count, "refused": 0, "identical": 0, "recovered": 0}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "flipped.mcap"
         write_recording(run, file)
@@ -110,7 +85,7 @@ def flip_bits(count: int, seed: int) -> Flips:
             flipped[source.randrange(len(data))] ^= 1 << source.randrange(8)
             found["identical" if _read(file, flipped, run) else "refused"] += 1
             found["recovered"] += _recover(file, flipped, run) > 0
-    return Flips(count, found["refused"], found["identical"], found["recovered"])
+    return found
 
 
 def _read(file: Path, data: bytes | bytearray, run: RunResult) -> bool:

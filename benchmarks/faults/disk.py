@@ -10,7 +10,6 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -35,34 +34,6 @@ KINDS = tuple(ERRORS)
 """Kind of disk failure; a torn write writes half of the bytes before the disk is full."""
 
 
-@dataclass(frozen=True, slots=True)
-class Failures:
-    """Recordings after disk failures.
-
-    Attributes:
-        count: Number of recordings.
-        readable: Number of recordings with a readable prefix of the run.
-        empty: Number of failures before the first sample.
-    """
-
-    count: int
-    readable: int
-    empty: int
-
-
-@dataclass(frozen=True, slots=True)
-class PowerCuts:
-    """Recordings after power cuts.
-
-    Attributes:
-        moments: Number of power cuts in a run.
-        longest_loss: Longest time before a cut that was lost [s].
-    """
-
-    moments: int
-    longest_loss: float
-
-
 class FailingFile(io.FileIO):
     """A file whose k-th write and all later ones fail."""
 
@@ -82,12 +53,15 @@ class FailingFile(io.FileIO):
         raise OSError(number, os.strerror(number))
 
 
-def fail_every_write(duration: float = 60.0, step: int = 1) -> Failures:
+def fail_every_write(duration: float = 60.0, step: int = 1) -> dict[str, Any]:
     """Makes every ``step``-th write of a run's recording fail, in each of four ways.
 
     Args:
         duration: Simulated time of the run [s].
         step: Interval between failing writes.
+
+    Returns:
+        Numbers of recordings: the ``count``, ``readable`` as a prefix, ``empty`` without a sample.
 
     Raises:
         AssertionError: If data that were written before cannot be read, or another recording is
@@ -105,7 +79,7 @@ def fail_every_write(duration: float = 60.0, step: int = 1) -> Failures:
                 left.append(samples)
                 number += step
         assert_prefix(read_recording(earlier), whole)
-    return Failures(len(left), sum(map(bool, left)), left.count(0))
+    return {"count": len(left), "readable": sum(map(bool, left)), "empty": left.count(0)}
 
 
 def _fail_write(folder: Path, whole: RunResult, number: int, kind: str) -> int | None:
@@ -162,7 +136,7 @@ def cut_the_power(
     moments: int = 200,
     duration: float = 300.0,
     clock: Clock = time.monotonic,
-) -> PowerCuts:
+) -> dict[str, Any]:
     """Drops unsynced data at random moments of a run.
 
     Args:
@@ -170,6 +144,9 @@ def cut_the_power(
         moments: Number of moments.
         duration: Simulated time of the run [s].
         clock: Clock of the recorder's writes and syncs [s].
+
+    Returns:
+        Number of ``moments``; ``loss``, the longest time before one of them that was lost [s].
 
     Raises:
         AssertionError: If more is lost than one interval between syncs.
@@ -180,7 +157,13 @@ def cut_the_power(
         looks.append(clock())
         return looks[-1]
 
-    written, synced = _watch_a_slow_run(_slow_scenario(duration), look)
+    values = {
+        "simulation.duration": duration,
+        "controller.control_period": 0.0001,
+        "simulation.max_steps": 100_000_000,
+    }
+    slow = with_values(load_scenario("paper-case-1"), values)
+    written, synced = _watch_a_slow_run(slow, look)
     source = random.Random(seed)
     losses = []
     for _ in range(moments):
@@ -191,16 +174,7 @@ def cut_the_power(
     # Between two readings of the clock, during simulation or disk access, it cannot act.
     longest = max(later - earlier for earlier, later in pairwise(looks))
     assert max(losses) <= recorder.SYNC_INTERVAL + recorder.FLUSH_INTERVAL + 2 * longest
-    return PowerCuts(moments, max(losses))
-
-
-def _slow_scenario(duration: float) -> Scenario:
-    values = {
-        "simulation.duration": duration,
-        "controller.control_period": 0.0001,
-        "simulation.max_steps": 100_000_000,
-    }
-    return with_values(load_scenario("paper-case-1"), values)
+    return {"moments": moments, "loss": max(losses)}
 
 
 def _watch_a_slow_run(

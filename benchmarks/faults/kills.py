@@ -9,9 +9,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import zstandard
 from mcap.exceptions import McapError
@@ -20,49 +21,17 @@ from mcap.stream_reader import StreamReader
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.reader import read_unfinished
 from slipgrasp.recordings.file.recorder import record
 
-_WRITER = """
-import sys
-from pathlib import Path
-from benchmarks.faults.kills import long_scenario
-from slipgrasp.recordings.file.recorder import record
-record(long_scenario(float(sys.argv[2])), Path(sys.argv[1]))
-"""
-
-PATIENCE = 120.0
+PRESET = "paper-case-1"
+PATIENCE = 300.0
 ATTEMPTS = 10
-POLL = 0.002
 
 
-@dataclass(frozen=True, slots=True)
-class Kills:
-    """Recordings of killed writers.
-
-    Attributes:
-        count: Number of processes killed during writing.
-        readable: Number of recordings of which every flushed sample was read.
-        fewest: Smallest number of samples left.
-        most: Largest number of samples left.
-    """
-
-    count: int
-    readable: int
-    fewest: int
-    most: int
-
-
-def long_scenario(duration: float = 600.0) -> Scenario:
-    """A run that takes seconds to simulate and writes continuously [s]."""
-    values = {"simulation.duration": duration, "simulation.max_steps": 100_000_000}
-    return with_values(load_scenario("paper-case-1"), values)
-
-
-def kill_writers(count: int, seed: int, duration: float = 600.0) -> Kills:
+def kill_writers(count: int, seed: int, duration: float = 600.0) -> dict[str, Any]:
     """Kills processes at random moments between their first and their last chunk.
 
     Args:
@@ -70,57 +39,66 @@ def kill_writers(count: int, seed: int, duration: float = 600.0) -> Kills:
         seed: Seed of the moments.
         duration: Simulated time of the run [s].
 
+    Returns:
+        Numbers of recordings: the ``count``, and those whose flushed samples were all
+        ``readable``; ``fewest`` and ``most``, the numbers of samples.
+
     Raises:
         AssertionError: If a recording differs from the flushed samples.
     """
-    whole = simulate(long_scenario(duration))
+    values = {"simulation.duration": duration, "simulation.max_steps": 100_000_000}
+    whole = simulate(with_values(load_scenario(PRESET), values))
     source = random.Random(seed)
     with tempfile.TemporaryDirectory() as folder:
-        size = _size_of_whole(whole.scenario, Path(folder) / "whole.mcap")
-        left = []
+        file = Path(folder) / "whole.mcap"
+        record(whole.scenario, file)
+        size, left = size_of(file), []
         for i in range(count):
-            part = _kill_writer(
-                Path(folder) / f"{i}.mcap", duration, source.uniform(0.02, 0.9) * size
-            )
+            at_size = source.uniform(0.02, 0.9) * size
+            part = _kill_writer(Path(folder) / f"{i}.mcap", values, at_size)
             left.append(_check_what_is_left(part, whole))
             part.unlink()
-    return Kills(count, len(left), min(left), max(left))
+    return {"count": count, "readable": len(left), "fewest": min(left), "most": max(left)}
 
 
-def _size_of_whole(scenario: Scenario, path: Path) -> int:
-    record(scenario, path)
-    size = path.stat().st_size
-    path.unlink()
-    return size
-
-
-def _kill_writer(path: Path, duration: float, at_size: float) -> Path:
+def _kill_writer(path: Path, values: Mapping[str, float], at_size: float) -> Path:
     """Kills a process as soon as its file has a size; returns the file.
 
     Raises:
         AssertionError: If all of several processes ended before they were killed.
     """
+    part = part_of(path)
     for _ in range(ATTEMPTS):
-        if _is_killed_in_time(path, duration, at_size):
-            return part_of(path)
+        with start_run(path, values) as writer:
+            wait_until(lambda w=writer: w.poll() is not None or size_of(part) >= at_size)
+            writer.kill()
+        if writer.returncode == -signal.SIGKILL and not path.exists():
+            return part
         path.unlink(missing_ok=True)
     raise AssertionError("the writers end before they are killed")
 
 
-def _is_killed_in_time(path: Path, duration: float, at_size: float) -> bool:
-    """Whether a writer was still active when it was killed: this process may be too late."""
-    part = part_of(path)
-    command = [sys.executable, "-c", _WRITER, str(path), str(duration)]
-    with subprocess.Popen(command) as writer:
-        deadline = time.monotonic() + PATIENCE
-        while writer.poll() is None and _size_of(part) < at_size:
-            assert time.monotonic() < deadline, "the writer does not write"
-            time.sleep(POLL)
-        writer.kill()
-    return writer.returncode == -signal.SIGKILL and not path.exists()
+def start_run(path: Path, values: Mapping[str, float]) -> subprocess.Popen[bytes]:
+    """Starts `slipgrasp run` with the recording to write and values of the preset."""
+    words = [word for key, value in values.items() for word in ("--set", f"{key}={value}")]
+    command = [sys.executable, "-m", "slipgrasp", "run", PRESET, *words, "--output", str(path)]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
-def _size_of(part: Path) -> int:
+def wait_until(holds: Callable[[], bool], poll: float = 0.001) -> None:
+    """Waits until a condition holds, for some minutes at most.
+
+    Args:
+        holds: Whether it holds.
+        poll: Time between two calls [s].
+    """
+    deadline = time.monotonic() + PATIENCE
+    while not holds():
+        assert time.monotonic() < deadline, "the run is not recorded"
+        time.sleep(poll)
+
+
+def size_of(part: Path) -> int:
     """Its size [B]; 0 before it exists and after it has its final name."""
     try:
         return part.stat().st_size

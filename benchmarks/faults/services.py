@@ -1,24 +1,24 @@
-"""SIGKILL of a service that records, and recovery by its successor."""
+"""Services that are killed while they record, must stop runs, or find their disk full."""
 
 from __future__ import annotations
 
-import json
 import os
 import random
+import resource
 import shutil
 import signal
-import subprocess
-import sys
 import tempfile
 import threading
 import time
-import urllib.request
-from collections.abc import Mapping
+from collections import Counter
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
+import numpy as np
+
+from benchmarks.faults.kills import size_of, wait_until
+from benchmarks.service import POLL, serve, start_service
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.reader import read_unfinished
@@ -26,8 +26,6 @@ from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.file.recovery import RECORDING_SUFFIX
 
 RUNS = 2
-PATIENCE = 120.0
-POLL = 0.01
 LONG_RUN = {
     "scenario": "paper-case-1",
     "set": {
@@ -36,29 +34,22 @@ LONG_RUN = {
         "simulation.max_steps": 100_000_000,
     },
 }
+LET_RUN = 0.3
+FULL_RUN = {"scenario": "paper-case-1", "set": {"simulation.output_rate": 1000.0}}
+BEFORE, DURING = 4096, 200_000
+"""Largest size of a file: less than the part before the first sample, and less than a run."""
 
 
-@dataclass(frozen=True, slots=True)
-class ServiceKills:
-    """Recovery after killed services.
-
-    Attributes:
-        count: Number of services killed during two runs.
-        recovered: Number of runs that their successors list as recovered.
-        slowest: Longest time until a successor responded [s].
-    """
-
-    count: int
-    recovered: int
-    slowest: float
-
-
-def kill_services(count: int, seed: int) -> ServiceKills:
+def kill_services(count: int, seed: int) -> dict[str, Any]:
     """Kills services while they record two runs, and starts others on the same folder.
 
     Args:
         count: Number of them.
         seed: Seed of the recorded length.
+
+    Returns:
+        The ``count``; ``recovered``, the number of runs that their successors list as recovered;
+        ``slowest``, the longest time until a successor responded [s].
 
     Raises:
         AssertionError: If a run is not listed as recovered, with samples.
@@ -73,70 +64,54 @@ def kill_services(count: int, seed: int) -> ServiceKills:
             assert all(run["end_time"] > 0.0 for run in found)
             recovered += len(found)
             waits.append(wait)
-    return ServiceKills(count, recovered, max(waits))
+    return {"count": count, "recovered": recovered, "slowest": max(waits)}
 
 
 def _kill_busy_service(folder: Path, at_size: float) -> None:
-    service, url = start_service(folder)
-    with service:
-        clients = [threading.Thread(target=_request_run, args=(url,)) for _ in range(RUNS)]
+    service = start_service(folder)
+
+    def request_run() -> None:
+        with suppress(OSError):
+            service.exchange("/runs", LONG_RUN)
+
+    with service.process:
+        clients = [threading.Thread(target=request_run) for _ in range(RUNS)]
         for client in clients:
             client.start()
-        deadline = time.monotonic() + PATIENCE
-        while sum(part.stat().st_size > at_size for part in folder.glob("*.part")) < RUNS:
-            assert time.monotonic() < deadline, "the runs are not recorded"
-            time.sleep(POLL)
-        service.kill()
+        wait_until(lambda: sum(size_of(p) > at_size for p in folder.glob("*.part")) == RUNS)
+        service.process.kill()
     for client in clients:
         client.join()
-    assert service.returncode == -signal.SIGKILL
+    assert service.process.returncode == -signal.SIGKILL
     assert not list(folder.glob(f"*{RECORDING_SUFFIX}")), "a run had ended before the kill"
 
 
-@dataclass(frozen=True, slots=True)
-class Restart:
-    """A service that finds many large unfinished recordings.
-
-    Attributes:
-        count: Number of them.
-        size: Size of each [bytes].
-        empty: Time until the first response without recordings [s].
-        waited: Time until the first response with them [s].
-        slowest: Longest response time during recovery [s].
-        seconds: Until all were recovered [s].
-    """
-
-    count: int
-    size: int
-    empty: float
-    waited: float
-    slowest: float
-    seconds: float
-
-
-def restart_with_unfinished(count: int, duration: float) -> Restart:
-    """Kills a service, and starts another that finds unfinished recordings.
+def restart_with_unfinished(count: int, duration: float) -> dict[str, Any]:
+    """Starts a service on a folder with large unfinished recordings.
 
     Args:
         count: Number of them.
         duration: Recorded duration of each [s]; one second gives 4.2 MB.
+
+    Returns:
+        The ``count`` and ``size`` of the recordings [MB]; ``empty``, the time until the first
+        response without recordings, and ``waited`` with them [s]; ``slowest``, the longest response
+        time during recovery [s]; ``seconds`` until all were recovered [s].
 
     Raises:
         AssertionError: If one is not recovered with all its samples.
     """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        service, _ = start_service(folder)
-        with service:
-            service.kill()
         _, empty, _ = _recover_all(folder)
         end, size = _leave_unfinished(folder, count, duration)
         began = time.perf_counter()
-        found, waited, answers = _recover_all(folder)
+        found, waited, slowest = _recover_all(folder)
         seconds = time.perf_counter() - began
         assert [run["outcome"] for run in found] == ["recovered"] * count, found
         assert {run["end_time"] for run in found} == {end}
-        return Restart(count, size, empty, waited, max(answers), seconds)
+    times = {"empty": empty, "waited": waited, "slowest": slowest, "seconds": seconds}
+    return {"count": count, "size": size / 1e6, **times}
 
 
 def _leave_unfinished(folder: Path, count: int, duration: float) -> tuple[float, int]:
@@ -153,49 +128,77 @@ def _leave_unfinished(folder: Path, count: int, duration: float) -> tuple[float,
     return read_unfinished(part).result.end_time, size
 
 
-def _recover_all(folder: Path) -> tuple[list[dict[str, Any]], float, list[float]]:
-    """The list of a service after recovery, and the times of its first and later responses [s]."""
+def _recover_all(folder: Path) -> tuple[list[dict[str, Any]], float, float]:
+    """Runs of a service after recovery; times of its first and slowest other response [s]."""
     started = time.perf_counter()
-    service, url = start_service(folder)
-    with service:
-        try:
-            health = _get(url, "health")
-            waited, answers = time.perf_counter() - started, []
-            while health["recovering"] or not answers:
+    with serve(folder) as service:
+        service.seconds_of("/health")
+        waited, times = time.perf_counter() - started, []
+        while not times or service.ask("/health")["recovering"]:
+            time.sleep(POLL)
+            times.append(service.seconds_of("/health"))
+        return service.ask("/runs")["data"], waited, max(times)
+
+
+def stop_runs(count: int) -> dict[str, Any]:
+    """Stops endless runs successively.
+
+    Args:
+        count: Number of runs.
+
+    Returns:
+        The ``count``; ``p95``, the 95th percentile of the time from the request to the stored
+        recording [s].
+
+    Raises:
+        AssertionError: If one is not stored as ``stopped``.
+    """
+    waits = []
+    with tempfile.TemporaryDirectory() as folder, serve(Path(folder)) as service:
+        for _ in range(count):
+            run_id = service.ask("/runs", LONG_RUN, "respond-async")["id"]
+            while service.ask("/health")["running"] == 0:
                 time.sleep(POLL)
-                asked = time.perf_counter()
-                health = _get(url, "health")
-                answers.append(time.perf_counter() - asked)
-            return _get(url, "runs")["data"], waited, answers
-        finally:
-            service.terminate()
+            time.sleep(LET_RUN)
+            began = time.perf_counter()
+            service.ask(f"/runs/{run_id}/stop", {}, "respond-async")
+            found = service.run_after_end(run_id)
+            waits.append(time.perf_counter() - began)
+            assert found["outcome"] == "stopped", found
+    return {"count": count, "p95": float(np.quantile(waits, 0.95))}
 
 
-def _get(url: str, path: str) -> dict[str, Any]:
-    with urllib.request.urlopen(f"{url}api/v1/{path}") as answer:
-        found: dict[str, Any] = json.load(answer)
-    return found
+def fill_the_disk(runs: int) -> dict[str, Any]:
+    """Requests runs whose files cannot be created, and as many that are interrupted.
+
+    Args:
+        runs: Number of runs of each kind.
+
+    Returns:
+        Numbers of runs: ``all``, ``refused`` with status 507, ``failed`` with the reason ``disk``,
+        and the recordings or parts that are ``left`` if no file could be created.
+
+    Raises:
+        AssertionError: If a response differs, or a service ends.
+    """
+    refused, left = _request_beyond(BEFORE, runs)
+    failed, _ = _request_beyond(DURING, runs)
+    assert refused == Counter({"507": runs}) and failed == Counter({"disk": runs})
+    return {"all": 2 * runs, "refused": refused["507"], "failed": failed["disk"], "left": left}
 
 
-def start_service(
-    folder: Path,
-    log: IO[bytes] | int = subprocess.DEVNULL,
-    environment: Mapping[str, str] | None = None,
-) -> tuple[subprocess.Popen[str], str]:
-    """A service on a folder that is ready, and its URL."""
-    command = [sys.executable, "-m", "slipgrasp", "serve", "--port", "0", "--data-dir", str(folder)]
-    service = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=log, text=True, env=environment
-    )
-    assert service.stdout is not None
-    return service, service.stdout.readline().strip()
-
-
-def _request_run(url: str) -> None:
-    """Requests a run, without a response."""
-    body = json.dumps(LONG_RUN).encode()
-    request = urllib.request.Request(
-        f"{url}api/v1/runs", body, {"Content-Type": "application/json"}
-    )
-    with suppress(OSError), urllib.request.urlopen(request) as answer:
-        answer.read()
+def _request_beyond(file_bytes: int, runs: int) -> tuple[Counter[str], int]:
+    """Endings of runs with a limited file size, and the number of recordings left."""
+    told = Counter[str]()
+    with tempfile.TemporaryDirectory() as folder:
+        with serve(Path(folder)) as service:
+            # The machine code of the kernel must also be written.
+            while service.ask("/health")["kernel"] != "ready":
+                time.sleep(POLL)
+            resource.prlimit(service.process.pid, resource.RLIMIT_FSIZE, (file_bytes, file_bytes))
+            for _ in range(runs):
+                answer = service.exchange("/runs", FULL_RUN, "wait=60")
+                reason = answer.json.get("reason") or {}
+                told[reason.get("code", str(answer.status))] += 1
+            assert service.process.poll() is None, "the service has ended"
+        return told, len(list(Path(folder).glob("*.mcap*")))

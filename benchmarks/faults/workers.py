@@ -8,40 +8,25 @@ import signal
 import tempfile
 import threading
 import time
-from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from benchmarks.processes import family_of
-from slipgrasp.core.executors import Executor, make_executor
+from benchmarks.study import write_study
+from slipgrasp.core.executors import make_executor
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping
-from slipgrasp.recordings.study.scheduler import schedule_runs
-from slipgrasp.recordings.study.writer import StudyWriter
 
 WORKERS = 2
 POLL = 0.01
 PAUSES = (0.0, 0.3)
 
 
-@dataclass(frozen=True, slots=True)
-class WorkerKills:
-    """A study whose workers were killed.
-
-    Attributes:
-        count: Number of killed workers.
-        runs: Number of runs of the study, each simulated exactly once.
-    """
-
-    count: int
-    runs: int
-
-
 def kill_workers(
-    count: int, seed: int, runs: int = 20_000, engine: str = "processes"
-) -> WorkerKills:
+    count: int, seed: int, runs: int, engine: str = "processes", every: float | None = None
+) -> dict[str, Any]:
     """Kills workers while they simulate a study, and compares it with an undisturbed one.
 
     Args:
@@ -49,59 +34,31 @@ def kill_workers(
         seed: Seed of the times and workers.
         runs: Number of runs of the study.
         engine: Executor of the workers: ``processes`` or ``dask``.
+        every: Interval of the kills [s]; None for random pauses after each progress.
+
+    Returns:
+        Number of ``killed`` workers; number of ``runs``, each simulated exactly once; ``seconds``
+        from the first kill to the last.
 
     Raises:
-        AssertionError: If the two studies are not the same file.
+        AssertionError: If the two studies are not the same file, or a study with kills at an
+            interval finishes earlier.
     """
     study = _short_runs(runs)
     with tempfile.TemporaryDirectory() as name:
         files = Path(name) / "undisturbed.mcap", Path(name) / "killed.mcap"
         with make_executor("processes", workers=WORKERS) as executor:
-            _schedule(study, executor, files[0], lambda: None)
-        killer = _Killer(count, seed)
-        with make_executor(engine, workers=WORKERS) as executor, killer:
-            _schedule(study, executor, files[1], killer.note_row)
+            write_study(study, executor, files[0])
+        killer = _Killer(count, random.Random(seed), every)
+        with make_executor(engine, workers=WORKERS) as executor:
+            if every is not None:
+                executor.prepare()
+            with killer:
+                write_study(study, executor, files[1], lambda _row: killer.went_on.set())
         assert files[0].read_bytes() == files[1].read_bytes(), "a kill has changed the study"
-    return WorkerKills(killer.killed, runs)
-
-
-def kill_in_a_burst(count: int, seconds: float, runs: int = 2000) -> float:
-    """Kills workers of a study at regular intervals, and compares it with an undisturbed one.
-
-    Args:
-        count: Number of kills.
-        seconds: Total time of the kills [s].
-        runs: Number of runs of the study.
-
-    Returns:
-        Time from the first kill to the last [s].
-
-    Raises:
-        AssertionError: If the two studies are not the same file, or the study finished earlier.
-    """
-    study, kills = _short_runs(runs), list[float]()
-    others = set(family_of(os.getpid()))
-
-    def kill_all() -> None:
-        while len(kills) < count:
-            time.sleep(seconds / (count + 1))
-            for worker in sorted(set(family_of(os.getpid())) - others)[:1]:
-                with suppress(ProcessLookupError):
-                    os.kill(worker, signal.SIGKILL)
-                    kills.append(time.monotonic())
-
-    with tempfile.TemporaryDirectory() as name:
-        files = Path(name) / "undisturbed.mcap", Path(name) / "killed.mcap"
-        with make_executor("processes", workers=WORKERS) as executor:
-            _schedule(study, executor, files[0], lambda: None)
-        killer = threading.Thread(target=kill_all, daemon=True)
-        with make_executor("processes", workers=WORKERS) as executor:
-            executor.prepare()
-            killer.start()
-            _schedule(study, executor, files[1], lambda: None)
-        assert len(kills) == count, "the study was done before"
-        assert files[0].read_bytes() == files[1].read_bytes(), "a kill has changed the study"
-    return kills[-1] - kills[0]
+    kills = killer.times
+    assert every is None or len(kills) == count, "the study was done before"
+    return {"killed": len(kills), "runs": runs, "seconds": kills[-1] - kills[0] if kills else 0.0}
 
 
 def _short_runs(runs: int) -> Study:
@@ -117,39 +74,21 @@ def _short_runs(runs: int) -> Study:
     return study_from_mapping(mapping, load_scenario)
 
 
-def _schedule(study: Study, executor: Executor, file: Path, note_row: Callable[[], None]) -> None:
-    with StudyWriter(file, study) as writer:
-        end = schedule_runs(
-            study,
-            executor,
-            writer,
-            should_stop=lambda: False,
-            watch=lambda row: note_row(),
-            keep=lambda member: None,
-        )
-        writer.finish(end)
-    assert (end.state, end.runs) == ("completed", study.num_runs)
-
-
 class _Killer:
-    """Kills a child of this process whenever the study has progressed since the last time.
+    """Kills children of this process, at intervals or whenever the study has progressed.
 
     Attributes:
-        killed: Number of killed processes.
+        times: Times of the kills [s].
+        went_on: Set when the study has progressed.
     """
 
-    def __init__(self, count: int, seed: int) -> None:
-        self.killed = 0
-        self._count = count
-        self._source = random.Random(seed)
+    def __init__(self, count: int, source: random.Random, every: float | None) -> None:
+        self.times: list[float] = []
+        self.went_on = threading.Event()
+        self._count, self._source, self._every = count, source, every
         self._others = set(family_of(os.getpid()))
-        self._went_on = threading.Event()
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._kill, daemon=True)
-
-    def note_row(self) -> None:
-        """Records that the study has progressed."""
-        self._went_on.set()
+        self._thread = threading.Thread(target=self._kill_repeatedly, daemon=True)
 
     def __enter__(self) -> None:
         self._thread.start()
@@ -158,17 +97,21 @@ class _Killer:
         self._ended.set()
         self._thread.join()
 
-    def _kill(self) -> None:
-        while self.killed < self._count and not self._ended.wait(POLL):
-            if not self._went_on.is_set():
-                continue
-            time.sleep(self._source.uniform(*PAUSES))
-            workers = sorted(filter(_is_worker, set(family_of(os.getpid())) - self._others))
-            if workers and not self._ended.is_set():
-                with suppress(ProcessLookupError):
-                    os.kill(self._source.choice(workers), signal.SIGKILL)
-                    self.killed += 1
-            self._went_on.clear()
+    def _kill_repeatedly(self) -> None:
+        while len(self.times) < self._count and not self._ended.wait(self._every or POLL):
+            if self._every is None:
+                if not self.went_on.is_set():
+                    continue
+                time.sleep(self._source.uniform(*PAUSES))
+            self._kill_one()
+            self.went_on.clear()
+
+    def _kill_one(self) -> None:
+        workers = sorted(filter(_is_worker, set(family_of(os.getpid())) - self._others))
+        if workers and not self._ended.is_set():
+            with suppress(ProcessLookupError):
+                os.kill(self._source.choice(workers), signal.SIGKILL)
+                self.times.append(time.monotonic())
 
 
 def _is_worker(process: int) -> bool:

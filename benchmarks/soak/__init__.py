@@ -11,45 +11,31 @@ import tempfile
 import threading
 import time
 import traceback
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
-from benchmarks.charts import save
-from benchmarks.faults.clients import serve_logged
 from benchmarks.report import Table
-from benchmarks.soak.asking import Address, Tally
-from benchmarks.soak.diagram import draw_soak
-from benchmarks.soak.observing import Observer, Sample
+from benchmarks.service import serve
+from benchmarks.soak.asking import Tally
+from benchmarks.soak.observing import Sample, observe
 from benchmarks.soak.researcher import Researcher
-from benchmarks.soak.strangers import Loiterer, Prankster
+from benchmarks.soak.strangers import Loiterer, play_prank
 from benchmarks.soak.visitors import visit_until
 
 __all__ = ["Soak", "run", "soak"]
 
-MINUTES = 60.0
 SPELL, REST = 280.0, 20.0
 PERIOD = 5.0
 SETTLED = 0.25
 RESEARCHERS = 2
-PAUSES = {Researcher: 0.5, Prankster: 0.5, Loiterer: 2.0}
+PAUSES = {"Researcher": 0.5, "Prankster": 0.5, "Loiterer": 2.0}
 """Mean time between two actions of each user [s]."""
 
 HOUR = 3600.0
-
-
-class Actor(Protocol):
-    """A user who performs actions successively."""
-
-    def act(self) -> None:
-        """Performs one action."""
-
-    def tidy_up(self) -> None:
-        """Releases its resources."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +65,10 @@ class Soak:
         return self.rests[int(SETTLED * len(self.rests)) :]
 
 
-def run(docs: Path | None = None, minutes: float = MINUTES, seed: int = 1) -> list[Table]:
-    """The table ``soak``, and its diagram.
+def run(minutes: float = 60.0, seed: int = 1) -> list[Table]:
+    """The table ``soak``.
 
     Args:
-        docs: Folder of the documentation for the diagram; None for no diagram.
         minutes: Duration [min].
         seed: Seed of the actions.
     """
@@ -92,8 +77,6 @@ def run(docs: Path | None = None, minutes: float = MINUTES, seed: int = 1) -> li
         print(fault)
     if found.tracebacks:
         print(found.log)
-    if docs is not None:
-        save(draw_soak(found.samples), docs / "images" / "soak.svg")
     return [tabulate(found)]
 
 
@@ -106,44 +89,45 @@ def soak(seconds: float, seed: int, spell: float = SPELL, rest: float = REST) ->
         spell: Duration of an interval of load [s].
         rest: Duration of the idle interval after it [s].
     """
-    tally = Tally()
     rests = []
-    with tempfile.TemporaryDirectory() as folder, serve_logged(Path(folder)) as served:
-        address, process, log = served
-        began = time.monotonic()
-        with Observer(process, lambda: tally.total, PERIOD) as observer:
-            number = 0
+    with tempfile.TemporaryDirectory() as folder, serve(Path(folder)) as service:
+        tally, began = Tally(service.address), time.monotonic()
+        with observe(service.process.pid, lambda: tally.total, PERIOD) as observer:
             while time.monotonic() - began < seconds:
-                _load(address, tally, seed + 1000 * number, spell)
+                _load(tally, seed + 1000 * len(rests), spell)
                 time.sleep(rest)
                 rests.append(observer.look())
-                number += 1
-        return Soak(tally, observer.samples, rests, log.read_text(errors="replace"))
+        return Soak(tally, observer.samples, rests, service.log.read_text(errors="replace"))
 
 
-def _load(address: Address, tally: Tally, seed: int, seconds: float) -> None:
+def _load(tally: Tally, seed: int, seconds: float) -> None:
     """Runs all users for some time; returns once all have left."""
     ended = threading.Event()
-    actors: list[Actor] = [Researcher(address, tally, seed + i) for i in range(RESEARCHERS)]
-    actors += [Prankster(address, tally, seed), Loiterer(address, tally, seed)]
-    threads = [threading.Thread(target=_act_until, args=(ended, a, tally, seed)) for a in actors]
-    threads.append(threading.Thread(target=visit_until, args=(ended, address, tally, seed)))
+    researchers = [Researcher(tally, seed + i) for i in range(RESEARCHERS)]
+    loiterer, pranks = Loiterer(tally, seed), random.Random(seed)
+    users = [("Researcher", each.act) for each in researchers]
+    users += [("Loiterer", loiterer.act), ("Prankster", partial(play_prank, tally, pranks))]
+    threads = [threading.Thread(target=_act_until, args=(ended, *u, tally, seed)) for u in users]
+    threads.append(threading.Thread(target=visit_until, args=(ended, tally, seed)))
     for thread in threads:
         thread.start()
     time.sleep(seconds)
     ended.set()
     for thread in threads:
         thread.join()
+    for each in (*researchers, loiterer):
+        each.tidy_up()
 
 
-def _act_until(ended: threading.Event, actor: Actor, tally: Tally, seed: int) -> None:
-    source, kind = random.Random(seed), type(actor)
-    while not ended.wait(source.expovariate(1.0 / PAUSES[kind])):
+def _act_until(
+    ended: threading.Event, name: str, act: Callable[[], None], tally: Tally, seed: int
+) -> None:
+    source = random.Random(seed)
+    while not ended.wait(source.expovariate(1.0 / PAUSES[name])):
         try:
-            actor.act()
+            act()
         except Exception as error:  # Any error is caused by the service.
-            tally.blame(kind.__name__, f"{error!r} in {_place_of(error)}")
-    actor.tidy_up()
+            tally.blame(name, f"{error!r} in {_place_of(error)}")
 
 
 def _place_of(error: BaseException) -> str:
@@ -158,10 +142,9 @@ def tabulate(found: Soak) -> Table:
     """Results, compared with the requirements."""
     tally, rests = found.tally, found.settled_rests
     seconds = found.samples[-1].time
-    statuses = Counter[str]()
-    for (_, ending), count in tally.counts.items():
-        statuses[ending] += count
+    failed = sum(n for (_, ending), n in tally.counts.items() if ending.startswith("5"))
     memory = [rest.service_memory for rest in rests]
+    peak = max(sample.service_memory for sample in found.samples)
     rows = (
         ("time", f"{seconds / 60.0:.0f} min", ""),
         ("answers, or connections that ended", f"{tally.total}", ""),
@@ -169,7 +152,7 @@ def tabulate(found: Soak) -> Table:
         ("not as specified", f"{len(tally.faults)}", "0"),
         ("unhandled errors in the log", f"{found.tracebacks}", "0"),
         ("log", f"{len(found.log) / 1e3:.1f} kB", ""),
-        ("answers without 2xx, 3xx or 4xx", f"{_server_errors(statuses)}", "0"),
+        ("answers without 2xx, 3xx or 4xx", f"{failed}", "0"),
         ("memory of the service at rest", _range(memory, 1e6, "MB"), ""),
         (
             "what it has written itself of that",
@@ -178,7 +161,7 @@ def tabulate(found: Soak) -> Table:
         ),
         ("slope of that", _slope(rests), "below 1 MB/h"),
         ("memory of its workers at rest", _range([r.worker_memory for r in rests], 1e6, "MB"), ""),
-        ("largest memory of the service", f"{_peak(found.samples):.0f} MB", "1000 MB"),
+        ("largest memory of the service", f"{peak / 1e6:.0f} MB", "1000 MB"),
         (
             "descriptors of the service at rest",
             _range([rest.service_descriptors for rest in rests], 1.0, ""),
@@ -186,15 +169,6 @@ def tabulate(found: Soak) -> Table:
         ),
     )
     return Table("soak", ("under mixed load", "found", "target"), rows)
-
-
-def _server_errors(statuses: Counter[str]) -> int:
-    return sum(count for ending, count in statuses.items() if ending.startswith("5"))
-
-
-def _peak(samples: Sequence[Sample]) -> float:
-    """Peak memory of the service [MB]."""
-    return max(sample.service_memory for sample in samples) / 1e6
 
 
 def _range(values: Sequence[float], unit: float, name: str) -> str:

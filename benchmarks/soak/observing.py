@@ -33,7 +33,7 @@ class Sample(NamedTuple):
     worker_descriptors: int
 
 
-class Observer(Watch[Sample]):
+def observe(process: int, count: Callable[[], int], period: float) -> Watch[Sample]:
     """Samples a service and its descendants.
 
     Args:
@@ -41,25 +41,21 @@ class Observer(Watch[Sample]):
         count: Returns the number of responses so far.
         period: Sampling interval [s].
     """
+    began = time.monotonic()
 
-    def __init__(self, process: int, count: Callable[[], int], period: float) -> None:
-        super().__init__(period)
-        self._process = process
-        self._count = count
-        self._began = time.monotonic()
-
-    def look(self) -> Sample:
-        """A present sample."""
-        service, *workers = family_of(self._process)
+    def look() -> Sample:
+        service, *workers = family_of(process)
         return Sample(
-            time.monotonic() - self._began,
-            self._count(),
+            time.monotonic() - began,
+            count(),
             memory_of(service),
             own_memory_of(service),
             sum(map(memory_of, workers)),
             descriptors_of(service),
             sum(map(descriptors_of, workers)),
         )
+
+    return Watch(look, period)
 
 
 def descriptors_of(process: int) -> int:

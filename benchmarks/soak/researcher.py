@@ -11,13 +11,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from benchmarks.soak.asking import PATIENCE, Address, Answer, Asker, Tally
+from benchmarks.service import Answer
+from benchmarks.soak.asking import Tally
+from benchmarks.soak.strangers import BINARY
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.file.recorder import record
 
 MAX_RUNS = 12
-BINARY = {"Content-Type": "application/octet-stream"}
 FIXED: dict[str, Any] = {"scenario": "paper-case-2", "set": {"simulation.duration": 1.0}}
 LONG = {
     "scenario": "paper-case-1",
@@ -32,6 +33,7 @@ SEARCHES = (
     "created_from=2000-01-01&created_to=2999-01-01",
 )
 TOO_SHORT = b"only one instant in common"
+PATIENCE = 90.0
 POLL = 0.2
 RARELY = 0.2
 
@@ -49,14 +51,12 @@ class Researcher:
     """Performs actions successively, like a script or a person, in a seeded order.
 
     Args:
-        address: Address of the service.
-        tally: Counts every response.
+        tally: Sends requests, and counts every response.
         seed: Seed of the actions.
     """
 
-    def __init__(self, address: Address, tally: Tally, seed: int) -> None:
-        self._asker = Asker(address, tally)
-        self._tally = tally
+    def __init__(self, tally: Tally, seed: int) -> None:
+        self._ask, self._expect = tally.ask, tally.expect
         self._source = random.Random(seed)
         self._runs: list[str] = []
         self._habits: dict[Callable[[], None], int] = {
@@ -90,7 +90,6 @@ class Researcher:
         """Deletes all of its runs."""
         while self._runs:
             self._delete(self._runs[0])
-        self._asker.close()
 
     # Runs
 
@@ -104,20 +103,20 @@ class Researcher:
 
     def _simulate(self) -> None:
         answer = self._ask("run", "POST", "/runs", (201, 202), self._scenario())
-        self._keep(self._wait_for(answer))
+        self._runs.append(self._wait_for(answer)["id"])
 
     def _send_twice(self) -> None:
         body = self._scenario()
         key = {"Idempotency-Key": f"{self._source.getrandbits(64):x}"}
         first = self._wait_for(self._ask("run, keyed", "POST", "/runs", (201, 202), body, key))
         again = self._ask("run, keyed", "POST", "/runs", (201,), body, key)
-        self._keep(first)
+        self._runs.append(first["id"])
         self._expect("run, keyed", again.json["id"] == first["id"], "a key made two runs")
         self._ask("key of another body", "POST", "/runs", (422,), FIXED, key)
 
     def _repeat(self) -> None:
         run = self._wait_for(self._ask("run", "POST", "/runs", (201, 202), FIXED))
-        self._keep(run)
+        self._runs.append(run["id"])
         path = f"/runs/{run['id']}/recording"
         found = hashlib.sha256(self._ask("recording", "GET", path, (200,)).content).hexdigest()
         self._expect("run", found == fixed_hash(), "another recording than one made here")
@@ -133,7 +132,7 @@ class Researcher:
         run = self._wait_for(stopped)
         endings = (Outcome.STOPPED, Outcome.COMPLETED)
         self._expect("stop", run["outcome"] in endings, f"a stopped run is {run['outcome']}")
-        self._keep(run)
+        self._runs.append(run["id"])
 
     def _wait_for(self, answer: Answer) -> dict[str, Any]:
         """The run of a response, after its end."""
@@ -145,9 +144,6 @@ class Researcher:
         run: dict[str, Any] = answer.json
         self._expect("run", run.get("outcome") in set(Outcome), f"a run without an end: {run}")
         return run
-
-    def _keep(self, run: dict[str, Any]) -> None:
-        self._runs.append(run["id"])
 
     def _delete(self, run_id: str) -> None:
         self._runs.remove(run_id)
@@ -219,7 +215,7 @@ class Researcher:
     def _upload(self) -> None:
         content = self._recording()
         sent = self._ask("upload", "POST", "/recordings?name=sent", (201,), content, BINARY).json
-        self._keep(sent)
+        self._runs.append(sent["id"])
         back = self._ask("recording", "GET", f"/runs/{sent['id']}/recording", (200,))
         self._expect("upload", back.content == content, "another file came back")
 
@@ -266,22 +262,18 @@ class Researcher:
         self._ask("delete a study", "DELETE", path, (204,))
 
     def _create_study(self, runs: int, kept: str) -> dict[str, Any]:
+        seed = self._source.randrange(1 << 30)
         body = {
             "base": "paper-case-1",
             "set": {"simulation.duration": 0.3},
-            "sampling": {
-                "method": "random",
-                "runs": runs,
-                "seed": self._source.randrange(1 << 30),
-            },
+            "sampling": {"method": "random", "runs": runs, "seed": seed},
             "vary": {
                 "object.mass": {"min": 0.8, "max": 1.6},
                 "fingers.0.friction": {"min": 0.2, "max": 0.5},
             },
             "recordings": kept,
         }
-        study: dict[str, Any] = self._ask("study", "POST", "/studies", (202,), body).json
-        return study
+        return self._ask("study", "POST", "/studies", (202,), body).json
 
     def _wait_for_study(self, path: str) -> dict[str, Any]:
         """Follows its events to the end, or requests its status repeatedly."""
@@ -294,9 +286,3 @@ class Researcher:
             if study["state"] not in ("queued", "running") or time.monotonic() > until:
                 return study
             time.sleep(POLL)
-
-    def _ask(self, *arguments: Any) -> Answer:
-        return self._asker.ask(*arguments)
-
-    def _expect(self, kind: str, holds: bool, words: str) -> None:
-        self._tally.expect(kind, holds, words)

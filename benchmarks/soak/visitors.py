@@ -11,7 +11,7 @@ from websockets.exceptions import ConnectionClosed
 
 from benchmarks.dashboard_viewers import connect_viewer, say_hello
 from benchmarks.faults.rude_viewers import RUDENESS, be_rude
-from benchmarks.soak.asking import Address, Tally
+from benchmarks.soak.asking import Tally
 
 TOGETHER = 3
 FIRST_FRAME_SECONDS = 20.0
@@ -19,9 +19,9 @@ SHARE_RUDE = 0.4
 PAUSE = 1.0
 
 
-def visit_until(ended: threading.Event, address: Address, tally: Tally, seed: int) -> None:
+def visit_until(ended: threading.Event, tally: Tally, seed: int) -> None:
     """Connects viewers to the dashboard until the load ends; returns once all have left."""
-    url = f"ws://{address[0]}:{address[1]}/"
+    url = "ws://{}:{}/".format(*tally.address)
     asyncio.run(_visit_until(ended, url, tally, seed))
 
 
@@ -56,7 +56,7 @@ async def _look_on(url: str, tally: Tally, seconds: float) -> None:
         async with connect_viewer(url) as socket:
             await say_hello(socket)
             await asyncio.wait_for(socket.recv(), FIRST_FRAME_SECONDS)
-            tally.note(kind, "saw the page", time.monotonic() - began)
+            tally.note(kind, "saw the page")
             while time.monotonic() < began + seconds:
                 await asyncio.wait_for(socket.recv(), FIRST_FRAME_SECONDS)
             if seconds < 5.0:

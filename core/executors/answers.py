@@ -5,7 +5,6 @@ from __future__ import annotations
 import pickle
 import traceback
 from collections.abc import Callable
-from concurrent.futures import Future
 from typing import Any, cast
 
 from slipgrasp.core.executors.executor import Cancelled, ExecutorError, ShouldStop, TaskFunction
@@ -27,21 +26,22 @@ def ask(round: int, number: int, function: TaskFunction[Any, Any], task: object)
 
 
 def do(asked: Message, should_stop: ShouldStop) -> Message:
-    """Executes the requested task; raises the exceptions of its function."""
-    if should_stop():
-        raise Cancelled
-    function, task = cast("tuple[TaskFunction[Any, Any], Any]", asked.unpack())
-    return Message.pack(Kind.RESULT, asked.round, asked.number, function(task, should_stop))
+    """Executes the requested task; returns the message with its result or exception.
 
-
-def reply_with(asked: Message, done: Future[Message]) -> Message:
-    """Returns the message with a result or an exception."""
-    error = done.exception()
-    if error is None:
-        return done.result()
-    if isinstance(error, Cancelled):
+    Raises:
+        MemoryError: If the memory is exhausted, so that the state of the process is undefined.
+    """
+    try:
+        if should_stop():
+            raise Cancelled
+        function, task = cast("tuple[TaskFunction[Any, Any], Any]", asked.unpack())
+        return Message.pack(Kind.RESULT, asked.round, asked.number, function(task, should_stop))
+    except MemoryError:
+        raise
+    except Cancelled:
         return Message(Kind.CANCELLED, asked.round, asked.number)
-    return _pack_error(asked, error)
+    except BaseException as error:
+        return _pack_error(asked, error)
 
 
 def open_answer(reply: Message) -> object:

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from slipgrasp.core.executors.answers import ask, do, open_answer, reply_with
+from slipgrasp.core.executors.answers import ask, do, open_answer
 from slipgrasp.core.executors.dask_connection import DaskConnection
 from slipgrasp.core.executors.executor import (
     ATTEMPTS,
@@ -24,7 +24,7 @@ from slipgrasp.core.executors.executor import (
     never,
     only_caller,
 )
-from slipgrasp.core.executors.messages import Message
+from slipgrasp.core.executors.messages import Kind, Message
 from slipgrasp.core.executors.processes import MAX_WORKERS
 from slipgrasp.core.executors.window import Attempt, Window, window_length
 from slipgrasp.core.processors import available_processors
@@ -233,12 +233,10 @@ def _connect(address: str | None, workers: int) -> DaskConnection:
 
 def _do_on_worker(asked: Message) -> Message:
     """Task function of a Dask worker, which returns exceptions of the function as results."""
-    should_stop = _given_up()
-    with ThreadPoolExecutor(1) as thread:
-        done = thread.submit(do, asked, should_stop)
-        if isinstance(error := done.exception(), Cancelled):
-            raise error
-        return reply_with(asked, done)
+    reply = do(asked, _given_up())
+    if reply.kind is Kind.CANCELLED:
+        raise Cancelled
+    return reply
 
 
 def _given_up() -> Callable[[], bool]:

@@ -1,17 +1,14 @@
 """Messages between a process and its workers, over pipes.
 
-A message follows its length. The content of a task stays pickled until it is used, so that a task
-that cannot be unpickled affects no other.
+The content of a task stays pickled until it is used, so that a task that cannot be unpickled
+affects no other.
 """
 
 from __future__ import annotations
 
 import pickle
-import struct
 from enum import IntEnum
-from typing import BinaryIO, NamedTuple
-
-_HEAD = struct.Struct("<BqqQ")
+from typing import BinaryIO, NamedTuple, cast
 
 
 class Kind(IntEnum):
@@ -57,16 +54,13 @@ def write_message(stream: BinaryIO, message: Message) -> None:
     Raises:
         OSError: If the other end is closed.
     """
-    head = _HEAD.pack(message.kind, message.round, message.number, len(message.body))
-    stream.write(head + message.body)
+    stream.write(pickle.dumps(message, pickle.HIGHEST_PROTOCOL))
     stream.flush()
 
 
 def read_message(stream: BinaryIO) -> Message | None:
     """Reads the next message; None if the other end is closed, even within a message."""
-    head = stream.read(_HEAD.size)
-    if len(head) < _HEAD.size:
+    try:
+        return cast("Message", pickle.load(stream))
+    except (EOFError, pickle.UnpicklingError):
         return None
-    kind, round, number, size = _HEAD.unpack(head)
-    body = stream.read(size)
-    return Message(Kind(kind), round, number, body) if len(body) == size else None

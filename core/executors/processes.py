@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Iterable, Iterator
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any, TypeVar
 
 from slipgrasp.core.executors.answers import ask, open_answer
@@ -23,7 +23,7 @@ from slipgrasp.core.executors.executor import (
 from slipgrasp.core.executors.limits import WorkerLimits
 from slipgrasp.core.executors.messages import Kind
 from slipgrasp.core.executors.window import Window, window_length
-from slipgrasp.core.executors.worker_process import Event, WorkerProcess
+from slipgrasp.core.executors.worker_process import Event, WorkerProcess, next_event
 from slipgrasp.core.processors import available_processors
 
 MAX_WORKERS = 1024
@@ -32,7 +32,6 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 
 _POLL = 0.05  # [s] between two checks whether to stop
-_DEPTH = 2  # tasks per worker: the current one and the next, so that it never waits
 _GIVING_UP = 0.3  # [s] until a worker that does not cancel its task is killed
 _STARTS = 3  # successive workers that exit before they are ready
 _KILLED_STARTS = 30  # the same for workers that are killed from outside
@@ -88,7 +87,7 @@ class ProcessExecutor(Executor):
                 for place, worker in enumerate(self._workers):
                     if worker is None and self._may_start():
                         self._workers[place] = self._start()
-                if (event := self._next_event()) is not None:
+                if (event := next_event(self._events)) is not None:
                     self._note_life(event)
         return time.perf_counter() - started
 
@@ -142,26 +141,22 @@ class ProcessExecutor(Executor):
         window: Window[Task],
         should_stop: ShouldStop,
     ) -> Iterator[Finished[Task, Result]]:
-        while not should_stop():
+        if not should_stop():
             self._hand_out(function, window)
-            if window.done:
-                return
-            event = self._next_event()
-            if event is not None:
-                yield from self._note(event, window)
+        while not (should_stop() or window.done):
+            event = next_event(self._events)
+            finished = [] if event is None else list(self._note(event, window))
+            # First, so that no worker waits for the caller.
+            self._hand_out(function, window)
+            yield from finished
             for worker in self._busy():
                 worker.end_if_overdue()
 
     def _hand_out(self, function: TaskFunction[Task, Result], window: Window[Task]) -> None:
-        """Assigns tasks to workers with space for them, and starts missing workers."""
-        for depth in range(_DEPTH):
-            for place, worker in enumerate(self._workers):
-                if worker is None and not self._may_start():
-                    continue
-                if worker is not None and len(worker.pending) > depth:
-                    continue
-                attempt = window.take()
-                if attempt is None:
+        """Assigns tasks to idle workers, and starts missing workers."""
+        for place, worker in enumerate(self._workers):
+            if self._may_start() if worker is None else worker.asked is None:
+                if (attempt := window.take()) is None:
                     return
                 message = ask(self._round, attempt.number, function, attempt.task)
                 worker = self._workers[place] = worker or self._start()
@@ -175,12 +170,6 @@ class ProcessExecutor(Executor):
             raise ExecutorError("the worker processes have been stopped")
         return WorkerProcess(self._events, self._limits)
 
-    def _next_event(self) -> Event | None:
-        try:
-            return self._events.get(timeout=_POLL)
-        except Empty:
-            return None
-
     def _note(self, event: Event, window: Window[Task]) -> Iterator[Finished[Task, Any]]:
         """Updates the tasks after an event, and yields those that it finishes."""
         worker, message = event
@@ -190,7 +179,7 @@ class ProcessExecutor(Executor):
         if message is None:
             yield from self._note_death(worker, window)
         elif message.round == self._round:
-            worker.note_done(message.number)
+            worker.asked = None
             yield Finished(window.finish(message.number), open_answer(message))
 
     def _note_life(self, event: Event) -> None:
@@ -239,39 +228,38 @@ class ProcessExecutor(Executor):
     def _note_death(
         self, worker: WorkerProcess, window: Window[Task]
     ) -> Iterator[Finished[Task, Any]]:
-        """Requeues the tasks of a dead worker; only the current one may have caused its death.
+        """Requeues the task of a dead worker, or yields it as failed.
 
-        The current task is attempted again, or yielded as failed if it exceeded a limit or this
-        was its last attempt.
+        It has failed if it exceeded a limit, or if this was its last attempt.
         """
-        if worker.ready and worker.pending:
-            number = worker.pending.popleft()
-            how = worker.how_it_ended()
-            attempts = ATTEMPTS_IF_KILLED if worker.was_killed() else ATTEMPTS
-            if worker.went_too_far():
-                yield Finished(window.finish(number), None, f"its worker {how}")
-            elif not window.note_death(number, attempts):
-                told = f"its worker died {attempts} times; the last worker {how}"
-                yield Finished(window.finish(number), None, told)
-        while worker.pending:
-            window.put_back(worker.pending.popleft())
+        if worker.asked is None:
+            return
+        number = worker.asked.number
+        if not worker.ready:
+            window.put_back(number)
+            return
+        how = worker.how_it_ended()
+        attempts = ATTEMPTS_IF_KILLED if worker.was_killed() else ATTEMPTS
+        if worker.went_too_far():
+            yield Finished(window.finish(number), None, f"its worker {how}")
+        elif not window.note_death(number, attempts):
+            told = f"its worker died {attempts} times; the last worker {how}"
+            yield Finished(window.finish(number), None, told)
 
     def _give_up(self) -> None:
         """Makes the workers cancel their tasks; kills those that do not."""
         deadline = time.monotonic() + _GIVING_UP
         for worker in self._busy():
-            worker.stop(self._round)
+            worker.stop()
         while self._busy() and time.monotonic() < deadline:
-            if (event := self._next_event()) is None:
+            if (event := next_event(self._events)) is None:
                 continue
             self._note_life(event)
-            if event.message is None:
-                event.worker.pending.clear()
-            elif event.message.round == self._round and event.worker.pending:
-                event.worker.note_done(event.message.number)
+            if event.message is None or event.message.round == self._round:
+                event.worker.asked = None
         for worker in self._busy():
             worker.kill()
             self._forget(worker)
 
     def _busy(self) -> list[WorkerProcess]:
-        return [worker for worker in self._workers if worker is not None and worker.pending]
+        return [worker for worker in self._workers if worker is not None and worker.asked]

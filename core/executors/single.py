@@ -11,8 +11,9 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import count
 from queue import Empty, LifoQueue, SimpleQueue
-from typing import Any, TypeVar, cast
+from typing import TypeVar, cast
 
 from slipgrasp.core.executors.answers import ask, open_answer
 from slipgrasp.core.executors.executor import (
@@ -24,12 +25,11 @@ from slipgrasp.core.executors.executor import (
 )
 from slipgrasp.core.executors.limits import WorkerLimits
 from slipgrasp.core.executors.messages import Kind, Message
-from slipgrasp.core.executors.worker_process import Event, WorkerProcess
+from slipgrasp.core.executors.worker_process import WorkerProcess, next_event
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-_POLL = 0.05  # [s] between two checks whether to stop
 _GIVING_UP = 1.0  # [s] until a worker that does not finish is killed
 _TOO_LATE = f"did not finish within {_GIVING_UP:g} s of the request"
 
@@ -51,7 +51,8 @@ class SingleTasks:
             limits: Limits of each task.
         """
         self._limits = limits
-        self._idle: LifoQueue[_Worker] = LifoQueue()
+        self._idle: LifoQueue[WorkerProcess] = LifoQueue()
+        self._rounds = count(1)
         self._closed = threading.Event()
 
     def do(
@@ -76,10 +77,11 @@ class SingleTasks:
             WorkerDiedError: If its worker dies.
             Exception: Any exception of the function.
         """
-        worker = self._take_worker()
-        asked = cast("TaskFunction[Task, Result]", function), task
-        answer = worker.do(asked, lambda: self._closed.is_set() or should_stop(), progress)
-        self._idle.put(worker)
+        process = self._take_process()
+        asked = ask(next(self._rounds), 0, cast("TaskFunction[Task, Result]", function), task)
+        process.do(asked)
+        answer = _answer_of(process, lambda: self._closed.is_set() or should_stop(), progress)
+        self._idle.put(process)
         if self._closed.is_set():
             self.close()
         if answer.kind is Kind.CANCELLED:
@@ -91,69 +93,39 @@ class SingleTasks:
         self._closed.set()
         with suppress(Empty):
             while True:
-                self._idle.get_nowait().close()
+                self._idle.get_nowait().how_it_ended()
 
-    def _take_worker(self) -> _Worker:
+    def _take_process(self) -> WorkerProcess:
         with suppress(Empty):
-            while (worker := self._idle.get_nowait()).has_ended:
-                worker.close()
-            return worker
-        return _Worker(self._limits)
+            while not (process := self._idle.get_nowait()).events.empty():
+                process.how_it_ended()
+            return process
+        return WorkerProcess(SimpleQueue(), self._limits)
 
 
-class _Worker:
-    """A worker process with at most one task."""
-
-    def __init__(self, limits: WorkerLimits) -> None:
-        self._events: SimpleQueue[Event] = SimpleQueue()
-        self._process = WorkerProcess(self._events, limits)
-        self._round = 0
-
-    @property
-    def has_ended(self) -> bool:
-        """Whether it has exited while idle."""
-        return not self._events.empty()
-
-    def do(
-        self,
-        asked: tuple[TaskFunction[Any, Any], Any],
-        should_stop: ShouldStop,
-        progress: Callable[[float], None],
-    ) -> Message:
-        """Returns the result of a task."""
-        self._round += 1
-        self._process.do(ask(self._round, 0, *asked))
-        told_at = math.inf
-        while True:
-            event = self._next_event()
-            # Checked after every message: a task may report its progress more often than that.
-            if told_at == math.inf and self._process.ready and should_stop():
-                self._process.stop(self._round)
-                told_at = time.monotonic()
-            if time.monotonic() - told_at > _GIVING_UP:
-                self._process.kill()
-            self._process.end_if_overdue()
-            if event is None:
-                continue
-            message = event.message
-            if message is None:
-                how = self._process.how_it_ended()
-                raise WorkerDiedError(how if told_at == math.inf else _TOO_LATE)
-            if message.kind is Kind.READY:
-                self._process.note_ready()
-            elif message.kind is Kind.PROGRESS:
-                progress(cast("float", message.unpack()))
-            else:
-                self._process.note_done(0)
-                return message
-
-    def _next_event(self) -> Event | None:
-        try:
-            return self._events.get(timeout=_POLL)
-        except Empty:
-            return None
-
-    def close(self) -> None:
-        """Ends the worker, and waits until it has exited."""
-        self._process.close()
-        self._process.how_it_ended()
+def _answer_of(
+    process: WorkerProcess, should_stop: ShouldStop, progress: Callable[[float], None]
+) -> Message:
+    """Waits for the result of the task of a process."""
+    told_at = math.inf
+    while True:
+        event = next_event(process.events)
+        # Checked after every message: a task may report its progress more often than that.
+        if told_at == math.inf and process.ready and should_stop():
+            process.stop()
+            told_at = time.monotonic()
+        if time.monotonic() - told_at > _GIVING_UP:
+            process.kill()
+        process.end_if_overdue()
+        if event is None:
+            continue
+        message = event.message
+        if message is None:
+            raise WorkerDiedError(process.how_it_ended() if told_at == math.inf else _TOO_LATE)
+        if message.kind is Kind.READY:
+            process.note_ready()
+        elif message.kind is Kind.PROGRESS:
+            progress(cast("float", message.unpack()))
+        else:
+            process.asked = None
+            return message

@@ -9,12 +9,11 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from functools import partial
 from typing import BinaryIO, NamedTuple
 
-from slipgrasp.core.executors.answers import do, reply_with
+from slipgrasp.core.executors.answers import do
 from slipgrasp.core.executors.limits import OUT_OF_MEMORY, bound_memory
 from slipgrasp.core.executors.messages import Kind, Message, read_message, write_message
 
@@ -68,8 +67,7 @@ class _Worker:
             if message.kind is Kind.STOP:
                 self._stopped_round = message.round
             else:
-                done = thread.submit(do, message, _Caller(self, message))
-                done.add_done_callback(partial(self._answer, message))
+                thread.submit(self._answer, message)
 
     def is_to_stop(self, asked: Message) -> bool:
         """Whether a task is cancelled."""
@@ -81,11 +79,12 @@ class _Worker:
         with suppress(OSError):
             write_message(self._replies, message)
 
-    def _answer(self, asked: Message, done: Future[Message]) -> None:
-        if isinstance(done.exception(), MemoryError):
+    def _answer(self, asked: Message) -> None:
+        try:
+            self.tell(do(asked, _Caller(self, asked)))
+        except MemoryError:
             # The remaining state is undefined.
             os._exit(OUT_OF_MEMORY)
-        self.tell(reply_with(asked, done))
 
 
 class _Caller(NamedTuple):

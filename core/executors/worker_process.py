@@ -14,9 +14,8 @@ import signal
 import subprocess
 import sys
 import threading
-from collections import deque
 from contextlib import suppress
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import BinaryIO, NamedTuple, cast
 
 from slipgrasp.core.awake_clock import AwakeClock
@@ -29,6 +28,7 @@ _PROGRAM = (
 )
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _SIGNALS_OF_OTHERS = (9, 15)  # SIGKILL, SIGTERM
+_POLL = 0.05  # [s] between two checks whether to stop
 _PATIENCE = 2.0  # [s] until a process that should exit is killed
 
 
@@ -39,12 +39,21 @@ class Event(NamedTuple):
     message: Message | None
 
 
+def next_event(events: SimpleQueue[Event]) -> Event | None:
+    """The next event of some workers; None if there is none for a short time."""
+    try:
+        return events.get(timeout=_POLL)
+    except Empty:
+        return None
+
+
 class WorkerProcess:
     """A worker process.
 
     Attributes:
         ready: Whether the kernel is loaded.
-        pending: Numbers of its tasks, in the order of execution.
+        asked: Request of its task; None if it is idle.
+        events: Queue of its events.
     """
 
     def __init__(self, events: SimpleQueue[Event], limits: WorkerLimits) -> None:
@@ -55,8 +64,8 @@ class WorkerProcess:
             limits: Its limits.
         """
         self.ready = False
-        self.pending: deque[int] = deque()
-        self._asked: list[Message] = []
+        self.asked: Message | None = None
+        self.events = events
         self._limits = limits
         self._at_task = AwakeClock()
         self._overran = False
@@ -69,45 +78,34 @@ class WorkerProcess:
         )
         self._requests = cast("BinaryIO", self._process.stdin)
         self._replies = cast("BinaryIO", self._process.stdout)
-        threading.Thread(target=self._listen, args=(events,), daemon=True).start()
+        threading.Thread(target=self._listen, daemon=True).start()
 
     def do(self, asked: Message) -> None:
-        """Assigns it a task, to be executed after the previous ones."""
-        if not self.pending:
-            self._at_task = AwakeClock()
-        self.pending.append(asked.number)
+        """Assigns it a task, which is sent once it is ready."""
+        self.asked = asked
+        self._at_task = AwakeClock()
         if self.ready:
             self._tell(asked)
-        else:
-            self._asked.append(asked)
 
     def note_ready(self) -> None:
-        """Records that it is ready, and sends it the tasks that were queued while it started."""
+        """Records that it is ready, and sends it the task that it was assigned meanwhile."""
         self.ready = True
-        self._at_task = AwakeClock()
-        for asked in self._asked:
-            self._tell(asked)
-        self._asked.clear()
-
-    def note_done(self, number: int) -> None:
-        """Records that it has finished a task."""
-        self.pending.remove(number)
-        self._at_task = AwakeClock()
+        if self.asked is not None:
+            self.do(self.asked)
 
     def end_if_overdue(self) -> None:
         """Kills it if a task exceeds the time limit; called regularly."""
         taken = self._at_task.read()
-        if self.ready and self.pending and taken > self._limits.task_seconds:
+        if self.ready and self.asked and taken > self._limits.task_seconds:
             self._overran = True
             self.kill()
 
-    def stop(self, round: int) -> None:
-        """Requests cancellation of all tasks up to this round, or discards them if none is sent."""
-        if self.ready:
-            self._tell(Message(Kind.STOP, round))
+    def stop(self) -> None:
+        """Requests cancellation of its task, or discards a task that was not sent."""
+        if self.asked is not None and self.ready:
+            self._tell(Message(Kind.STOP, self.asked.round))
         else:
-            self._asked.clear()
-            self.pending.clear()
+            self.asked = None
 
     def close(self) -> None:
         """Closes its pipe of tasks, so that it exits immediately."""
@@ -151,11 +149,11 @@ class WorkerProcess:
         with suppress(OSError, ValueError):
             write_message(self._requests, message)
 
-    def _listen(self, events: SimpleQueue[Event]) -> None:
+    def _listen(self) -> None:
         with self._replies:
             while (message := read_message(self._replies)) is not None:
-                events.put(Event(self, message))
-        events.put(Event(self, None))
+                self.events.put(Event(self, message))
+        self.events.put(Event(self, None))
 
 
 def _environment() -> dict[str, str]:

@@ -9,8 +9,7 @@ from threading import Event
 
 from slipgrasp.core.processors import available_processors
 from slipgrasp.core.run.result import RunSummary
-from slipgrasp.core.run.simulation import Simulation
-from slipgrasp.core.run.simulator import prepare_kernel, run_to_end
+from slipgrasp.core.run.simulator import prepare_kernel, summarise
 from slipgrasp.core.scenario import Scenario
 
 _AHEAD_PER_THREAD = 4
@@ -41,7 +40,7 @@ def simulate_many(
     with ThreadPoolExecutor(count, thread_name_prefix="slipgrasp-batch") as pool:
         try:
             for scenario in scenarios:
-                pending.append(pool.submit(_summarise, scenario, abandoned))
+                pending.append(pool.submit(summarise, scenario, abandoned.is_set))
                 if len(pending) >= count * _AHEAD_PER_THREAD:
                     yield pending.popleft().result()
             while pending:
@@ -51,9 +50,3 @@ def simulate_many(
             abandoned.set()
             for future in pending:
                 future.cancel()
-
-
-def _summarise(scenario: Scenario, abandoned: Event) -> RunSummary:
-    simulation = Simulation(scenario, keep_trace=False)
-    run_to_end(simulation, lambda _: None, should_stop=abandoned.is_set)
-    return simulation.summary()

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from slipgrasp.core.awake_clock import AwakeClock
 from slipgrasp.core.kernel.compilation.compiler import prepare_units, share_ready
 from slipgrasp.core.run.engine import engine_of
-from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.run.result import RunResult, RunSummary
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.space import PLANAR, Space
@@ -71,6 +71,18 @@ def run_to_end(
             simulation.end(Outcome.STOPPED, describe_stop(simulation.time))
         elif wall_limit is not None and clock.read() > wall_limit:
             simulation.end(Outcome.LIMIT, describe_wall_limit(simulation.time, wall_limit))
+
+
+def summarise(scenario: Scenario, should_stop: Callable[[], bool]) -> RunSummary:
+    """Runs a scenario to the end without keeping its trace.
+
+    Args:
+        scenario: Scenario to simulate.
+        should_stop: Called after every chunk; True ends the run as ``stopped``.
+    """
+    simulation = Simulation(scenario, keep_trace=False)
+    run_to_end(simulation, lambda _: None, should_stop=should_stop)
+    return simulation.summary()
 
 
 def prepare_kernel(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.scenario import AnyPulse
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
-from slipgrasp.core.words.phrases import joined, length_words, milliseconds
+from slipgrasp.core.words.phrases import joined, length_words, milliseconds, sentence, some_of
 
 Values = NDArray[np.float64]
 
@@ -20,6 +20,7 @@ _SOON = 0.05
 """Longest time from a change to a slip that may be due to it [s]."""
 _LEAST_FORCE = 1e-3  # [N]
 _CLEARLY_MORE = 1.2
+_TIP = "fingertip"
 _PUSHES = 2
 """Largest number of pushes whose slips are named."""
 
@@ -33,7 +34,7 @@ def describe_slips(result: RunResult) -> str:
     slipped = [i for i, path in enumerate(paths) if path > 0.0 or has_slipped[i]]
     if not slipped:
         return f"No fingertip slipped{_describe_least_margin(result)}."
-    who = _fingertips([names[i] for i in slipped], len(names))
+    who = some_of([names[i] for i in slipped], len(names), _TIP)
     lengths = {names[i]: length_words(paths[i]) for i in slipped}
     if len(set(lengths.values())) == 1:
         slips = f"by {lengths[names[slipped[0]]]}"
@@ -41,7 +42,7 @@ def describe_slips(result: RunResult) -> str:
         slips = f"({', '.join(f'{name}: {length}' for name, length in lengths.items())})"
     pivots = _describe_pivots([spins[i] for i in slipped])
     facts = (f"slipped {slips}", pivots, _describe_end_of_slip(result))
-    return f"{who} {joined([fact for fact in facts if fact])}."
+    return sentence(f"{who} {joined([fact for fact in facts if fact])}")
 
 
 def _describe_pivots(spins: Sequence[float]) -> str:
@@ -93,17 +94,7 @@ def _onsets(result: RunResult) -> list[PhaseChange]:
 def _tips_of(result: RunResult, changes: Sequence[PhaseChange]) -> str:
     """The fingertips of some phase changes, within a sentence."""
     names = result.scenario.finger_names
-    who = _fingertips([names[i] for i in sorted({c.contact for c in changes})], len(names))
-    return f"{who[:1].lower()}{who[1:]}"
-
-
-def _fingertips(names: Sequence[str], total: int) -> str:
-    """Names of some of the fingertips, as the subject of a sentence."""
-    if len(names) == 1:
-        return f"The {names[0]} fingertip"
-    if len(names) == total:
-        return "Both fingertips" if total == 2 else "All fingertips"
-    return f"The {joined(names)} fingertips"
+    return some_of([names[i] for i in sorted({c.contact for c in changes})], len(names), _TIP)
 
 
 def _describe_end_of_slip(result: RunResult) -> str:

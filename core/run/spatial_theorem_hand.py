@@ -11,7 +11,7 @@ from slipgrasp.core.kernel.spatial.command import spatial_believe
 from slipgrasp.core.kernel.spatial.flow import spatial_plant
 from slipgrasp.core.kernel.spatial.model import pack_model
 from slipgrasp.core.kernel.spatial.sensing import SENSES
-from slipgrasp.core.kernel.spatial.state import STATE, parts_of
+from slipgrasp.core.kernel.spatial.state import STATE, number_of_coordinates, parts_of
 from slipgrasp.core.kernel.spatial.workspace import (
     DISCRETE,
     SLIP,
@@ -33,7 +33,8 @@ class SpatialTheoremHand(TheoremHand):
     def __init__(self, scenario: SpatialScenario) -> None:
         self._n, self._p = len(scenario.fingers), len(scenario.estimates)
         self._model = pack_model(scenario, [0.0] * 6)
-        super().__init__(self._model.law, 6 + 2 * self._n, scenario.controller, self._p)
+        size = number_of_coordinates(self._n)
+        super().__init__(self._model.law, size, scenario.controller, self._p)
         self._work, self._discrete = make_record(WORKSPACE), make_record(DISCRETE)
         self._state, self._senses = make_record(STATE), make_record(SENSES)
 
@@ -119,7 +120,8 @@ class SpatialTheoremHand(TheoremHand):
         found[:3, :3] = truth.object_mass * np.eye(3)
         found[3:6, 3:6] = _symmetric(system.body)
         for i in range(self._n):
-            columns = [*range(6), 6 + 2 * i, 7 + 2 * i]
+            slip = number_of_coordinates(i)  # The slips of contact i follow those before it.
+            columns = [*range(6), slip, slip + 1]
             moves = np.hstack([np.eye(3), -_cross(kin.arms[i]), kin.frames[i, :2].T])
             forces = _symmetric(dynamics.inertia[i]) @ moves
             found[:6, columns] += moves[:, :6].T @ forces

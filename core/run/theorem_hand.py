@@ -132,11 +132,12 @@ class PlanarTheoremHand(TheoremHand):
     def _unmodelled(self, result: RunResult, k: int) -> Floats:
         trace, kin = result.trace, self._work.kin
         found = np.zeros(self._size)
+        slips = found[-self._n :]
         for i in range(self._n):
             force = np.linalg.solve(kin.jacobians[i].T, trace.joint_torque[k, 2 * i : 2 * i + 2])
             normal = force[0] * kin.tangents[i, 1] - force[1] * kin.tangents[i, 0]
             missed = trace.friction_coefficient[k, i] - self._work.believed.friction[i]
-            found[3 + i] = -trace.phase[k, i] * missed * normal
+            slips[i] = -trace.phase[k, i] * missed * normal
         return found
 
     def _evaluate(self, t: float, phases: Floats) -> None:

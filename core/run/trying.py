@@ -14,8 +14,7 @@ from typing import NamedTuple
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.result import RunResult, RunSummary
-from slipgrasp.core.run.simulation import Simulation
-from slipgrasp.core.run.simulator import run_to_end
+from slipgrasp.core.run.simulator import summarise
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
 from slipgrasp.core.scenario.law_choice import LAW, with_law
@@ -153,7 +152,7 @@ def try_hint(
             break
         if _adds(option, found):
             continue
-        after = (simulate or _summarise)(scenario, meter.begin())
+        after = (simulate or summarise)(scenario, meter.begin())
         if after.outcome in (Outcome.STOPPED, Outcome.LIMIT):
             continue
         count += 1
@@ -317,9 +316,3 @@ class _Meter:
             return self._is_stopped or self._pieces >= last
 
         return should_stop
-
-
-def _summarise(scenario: Scenario, should_stop: Stop) -> RunSummary:
-    simulation = Simulation(scenario, keep_trace=False)
-    run_to_end(simulation, lambda _: None, should_stop=should_stop)
-    return simulation.summary()

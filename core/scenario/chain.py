@@ -8,17 +8,17 @@ from itertools import product
 from typing import Annotated, Literal, NamedTuple, Protocol
 
 import numpy as np
-from annotated_types import Ge, Le
+from annotated_types import Interval
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
-from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.parameters import Quantity, changeable
 
 Floats = NDArray[np.float64]
-Part = Annotated[float, Ge(-1.0), Le(1.0)]
-Angle = Annotated[float, Ge(-100.0), Le(100.0)]
-UnitInertia = Annotated[float, Ge(-100.0), Le(100.0)]
+Part = Annotated[float, Interval(ge=-1.0, le=1.0)]
+Angle = Annotated[float, Interval(ge=-100.0, le=100.0)]
+UnitInertia = Annotated[float, Interval(ge=-100.0, le=100.0)]
 Attitude = tuple[Part, Part, Part, Part]
 
 NUM_JOINTS = 3
@@ -39,26 +39,22 @@ JointKind = Annotated[
 ]
 Mass = Annotated[
     float,
-    Ge(0.0),
-    Le(1e3),
-    Quantity("True mass of the link.", "kg", typical=(0.01, 3.0), changeable=True),
+    Interval(ge=0.0, le=1e3),
+    changeable("True mass of the link.", "kg", typical=(0.01, 3.0)),
 ]
 Minimum = Annotated[
     float | None,
-    Ge(-100.0),
-    Le(100.0),
+    Interval(ge=-100.0, le=100.0),
     Quantity("Smallest position of the joint (prismatic: in m); no limit if omitted.", "rad"),
 ]
 Maximum = Annotated[
     float | None,
-    Ge(-100.0),
-    Le(100.0),
+    Interval(ge=-100.0, le=100.0),
     Quantity("Largest position of the joint (prismatic: in m); no limit if omitted.", "rad"),
 ]
 TorqueLimit = Annotated[
     float | None,
-    Ge(1e-6),
-    Le(1e6),
+    Interval(ge=1e-6, le=1e6),
     Quantity(
         "Largest torque of the joint (prismatic: force in N) if actuation.torque_limit is omitted.",
         "N m",
@@ -100,14 +96,12 @@ class ChainJoint:
     torque_limit: TorqueLimit = None
     follows: Annotated[
         int | None,
-        Ge(0),
-        Le(MAX_LINKS - 1),
+        Interval(ge=0, le=MAX_LINKS - 1),
         Quantity("Index of the leading joint of a coupled joint; independent if omitted."),
     ] = None
     ratio: Annotated[
         float,
-        Ge(-100.0),
-        Le(100.0),
+        Interval(ge=-100.0, le=100.0),
         Quantity("Ratio of the motion to that of the leading joint."),
     ] = 1.0
     offset: Annotated[
@@ -139,8 +133,7 @@ class PlanarJoint:
     ] = (0.0, 0.0)
     unit_inertia: Annotated[
         float,
-        Ge(0.0),
-        Le(100.0),
+        Interval(ge=0.0, le=100.0),
         Quantity("Inertia of the link about its centre of mass, divided by its mass.", "m²"),
     ] = 0.0
     minimum: Minimum = None

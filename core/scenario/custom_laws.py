@@ -78,7 +78,6 @@ class CustomLaw:
         parameters: Its parameters by name.
         diagnostics: The numbers that it reports.
         memory: Shapes of its memory arrays by name.
-        estimates: Whether it sets the estimates.
         origin: Where to find it: the name of an entry point, or ``FILE.py:Name``; empty for a class
             that was registered directly.
         source: Text of its file, for worker processes; None for an installed package.
@@ -90,7 +89,6 @@ class CustomLaw:
     parameters: dict[str, LawParameter] = field(default_factory=dict)
     diagnostics: tuple[Diagnostic, ...] = ()
     memory: dict[str, tuple[int, ...]] = field(default_factory=dict)
-    estimates: bool = False
     origin: str = ""
     source: str | None = None
     code: Any = None
@@ -113,7 +111,6 @@ def _facts(kind: str, summary: str) -> ControlLaw:
 _OUTSIDE = CustomLaw(
     identity=LawIdentity(OUTSIDE, "", ""),
     summary="Torques that an external program sets at every tick.",
-    estimates=True,
 )
 
 _known: dict[str, CustomLaw] = {}

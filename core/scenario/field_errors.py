@@ -27,8 +27,12 @@ def unknown_key(scenario: Scenario, key: str) -> FieldError:
     every = template_keys(scenario.space)
     parts = ", ".join(dict.fromkeys(each.partition(".")[0] for each in every))
     near = nearest(key, describe(scenario)) or f"; a {scenario.space.name} scenario has {parts}"
+    return _unknown(key, near)
+
+
+def _unknown(key: str, near: str) -> FieldError:
     message = f"unknown parameter '{shortened(key)}'{near}"
-    return FieldError(field=shortened(key), value=None, limit=None, message=message)
+    return FieldError(shortened(key), None, None, message)
 
 
 def nearest(word: str, words: Iterable[str]) -> str:
@@ -65,32 +69,21 @@ def _field_error(key: str, item: Any, space: Space) -> FieldError:
             if k.rpartition(".")[0] == template_key(key, space).rpartition(".")[0]
         ]
         near = nearest(key.rpartition(".")[2], siblings or template_keys(space))
-        return FieldError(
-            field=shortened(key),
-            value=None,
-            limit=None,
-            message=f"unknown parameter '{shortened(key)}'{near}",
-        )
+        return _unknown(key, near)
     if kind in _LENGTHS:
         return _length_error(key, item)
     parameter = template_keys(space).get(template_key(key, space))
     limit = parameter.limit if parameter else None
     shown = echo(value)
     if kind in ("missing", "missing_argument", "missing_keyword_only_argument"):
-        return FieldError(field=key, value=None, limit=limit, message=f"{key} is missing")
-    told = (
-        "" if shown is None else f" is {shown}" if not isinstance(value, str) else f" is '{shown}'"
-    )
+        return FieldError.at(key, None, limit, "is missing")
+    quote = "'" * isinstance(value, str)
+    told = "" if shown is None else f" is {quote}{shown}{quote}"
     # The limit of a choice already lists its words.
     is_choice = kind == "literal_error" and limit
     problem = "" if is_choice else f": {item['msg'][:1].lower()}{item['msg'][1:]}"
     allowed = f"; allowed: {limit}" if limit else ""
-    return FieldError(
-        field=key,
-        value=shown,
-        limit=limit,
-        message=f"{key or 'the scenario'}{told}{problem}{allowed}",
-    )
+    return FieldError(key, shown, limit, f"{key or 'the scenario'}{told}{problem}{allowed}")
 
 
 def _length_error(key: str, item: Any) -> FieldError:
@@ -99,7 +92,7 @@ def _length_error(key: str, item: Any) -> FieldError:
     count = item["ctx"]["actual_length"]
     has = "is empty" if count == 0 else f"has {count} item{'s' if count > 1 else ''}"
     limit = f"{words} {item['ctx'][bound]}"
-    return FieldError(field=key, value=None, limit=limit, message=f"{key} {has}; allowed: {limit}")
+    return FieldError.at(key, None, limit, f"{has}; allowed: {limit}")
 
 
 def template_keys(
@@ -170,7 +163,7 @@ def shortened(text: str) -> str:
 
 def single_error(field: str, value: Any, limit: str | None, message: str) -> ScenarioError:
     """A scenario error with one item."""
-    return ScenarioError([FieldError(field=field, value=echo(value), limit=limit, message=message)])
+    return ScenarioError([FieldError(field, echo(value), limit, message)])
 
 
 def refuse_other_types(given: object) -> None:

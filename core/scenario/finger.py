@@ -4,87 +4,79 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Le, Len
+from annotated_types import Interval, Len
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.chain import NUM_PLANAR_JOINTS, Angle, Chain, PlanarJoint, about_z
-from slipgrasp.core.scenario.field_types import CONFIG, Coordinate, Face
-from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.field_types import (
+    CONFIG,
+    Coordinate,
+    Face,
+    Fraction,
+    InertiaFraction,
+    Offset,
+)
+from slipgrasp.core.scenario.parameters import Quantity, changeable
 
 FingerKind = Annotated[
     Literal["links", "slides", "chain"],
     Quantity(
         "Mechanism of the finger: links (revolute joints), slides (one along each axis, with one "
         "moving mass; joint positions are then in m and torques in N) or chain (two joints with "
-        "any positions and axes).",
+        "any positions and axes)."
     ),
 ]
 SlidesMass = Annotated[
     float,
-    Ge(1e-3),
-    Le(1e3),
-    Quantity(
-        "true mass that moves with the tip.",
-        "kg",
-        typical=(0.02, 2.0),
-        changeable=True,
-        used_by=("slides",),
+    Interval(ge=1e-3, le=1e3),
+    changeable(
+        "true mass that moves with the tip.", "kg", typical=(0.02, 2.0), used_by=("slides",)
     ),
 ]
-LinkMass = Annotated[float, Ge(1e-3), Le(1e3)]
-LinkLength = Annotated[float, Ge(1e-3), Le(1e2)]
+LinkMass = Annotated[float, Interval(ge=1e-3, le=1e3)]
+LinkLength = Annotated[float, Interval(ge=1e-3, le=1e2)]
 Friction = Annotated[
     float,
-    Ge(0.0),
-    Le(10.0),
-    Quantity(
-        "True Coulomb friction coefficient between fingertip and object.",
-        "1",
-        typical=(0.05, 1.0),
-        changeable=True,
+    Interval(ge=0.0, le=10.0),
+    changeable(
+        "True Coulomb friction coefficient between fingertip and object.", "1", typical=(0.05, 1.0)
     ),
 ]
 StaticFriction = Annotated[
     float | None,
-    Ge(0.0),
-    Le(10.0),
-    Quantity(
+    Interval(ge=0.0, le=10.0),
+    changeable(
         "True friction coefficient of a sticking fingertip, not smaller than friction (default: "
         "the same).",
         "1",
         typical=(0.05, 1.0),
-        changeable=True,
     ),
 ]
 JointDamping = Annotated[
     float,
-    Ge(0.0),
-    Le(1e3),
-    Quantity(
+    Interval(ge=0.0, le=1e3),
+    changeable(
         "Viscous friction of each joint: torque per joint velocity (for slides: N s/m); unknown to "
         "all laws.",
         "N m s",
         typical=(0.0, 1.0),
-        changeable=True,
     ),
 ]
 JointFriction = Annotated[
     float,
-    Ge(0.0),
-    Le(1e3),
-    Quantity(
+    Interval(ge=0.0, le=1e3),
+    changeable(
         "Dry friction of each joint at high speed (for slides: N); at 0.01 rad/s (for slides: "
         "0.01 m/s) it is 71 % of this value; unknown to all laws.",
         "N m",
         typical=(0.0, 1.0),
-        changeable=True,
     ),
 ]
 
 
 LinkMasses = Annotated[
     tuple[LinkMass, LinkMass],
-    Quantity("true mass of a link.", "kg", typical=(0.2, 3.0), changeable=True, used_by=("links",)),
+    changeable("true mass of a link.", "kg", typical=(0.2, 3.0), used_by=("links",)),
 ]
 LinkLengths = Annotated[
     tuple[LinkLength, LinkLength], Quantity("length of a link.", "m", used_by=("links",))
@@ -113,10 +105,7 @@ class FingerParameters:
         ),
     ] = (0.0, 0.0)
     link_masses: LinkMasses = (1.0, 1.0)
-    link_lengths: LinkLengths = (
-        1.0,
-        1.0,
-    )
+    link_lengths: LinkLengths = (1.0, 1.0)
     base: Annotated[
         tuple[Coordinate, Coordinate],
         Quantity(
@@ -133,13 +122,11 @@ class FingerParameters:
         Face,
         Quantity(
             "Face that the fingertip touches: left, right, bottom or top of a rectangle or circle, "
-            "or edge-K of a polygon, from corner K to the next corner.",
+            "or edge-K of a polygon, from corner K to the next corner."
         ),
     ]
     contact_offset: Annotated[
-        float,
-        Ge(-10.0),
-        Le(10.0),
+        Offset,
         Quantity(
             "Initial position of the fingertip along the face, from the centre of the face; on a "
             "circle along its arc.",
@@ -154,11 +141,11 @@ class FingerParameters:
         ),
     ] = "up"
     link_centre_fractions: Annotated[
-        tuple[Annotated[float, Ge(0.0), Le(1.0)], Annotated[float, Ge(0.0), Le(1.0)]],
+        tuple[Fraction, Fraction],
         Quantity("centre of mass of a link as a fraction of its length.", "1", used_by=("links",)),
     ] = (0.5, 0.5)
     link_inertia_fractions: Annotated[
-        tuple[Annotated[float, Ge(1e-6), Le(1.0)], Annotated[float, Ge(1e-6), Le(1.0)]],
+        tuple[InertiaFraction, InertiaFraction],
         Quantity(
             "inertia of a link about its centre of mass, divided by mass times length squared.",
             "1",

@@ -5,28 +5,24 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Le, Len
+from annotated_types import Interval, Len
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.field_types import CONFIG
-from slipgrasp.core.scenario.parameters import Quantity
+from slipgrasp.core.scenario.field_types import CONFIG, Length, Offset
+from slipgrasp.core.scenario.parameters import Quantity, changeable
 
 MAX_CORNERS = 12
 SIDES = ("left", "right", "bottom", "top")
 """Faces of a rectangle."""
 
-Corner = tuple[Annotated[float, Ge(-10.0), Le(10.0)], Annotated[float, Ge(-10.0), Le(10.0)]]
+Corner = tuple[Offset, Offset]
 
 
 ObjectMass = Annotated[
     float,
-    Ge(1e-3),
-    Le(1e3),
-    Quantity("True mass of the object.", "kg", typical=(0.2, 3.0), changeable=True),
+    Interval(ge=1e-3, le=1e3),
+    changeable("True mass of the object.", "kg", typical=(0.2, 3.0)),
 ]
-
-
-Radius = Annotated[float, Ge(1e-3), Le(10.0)]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -36,25 +32,16 @@ class ObjectParameters:
     mass: ObjectMass = 1.0
     inertia: Annotated[
         float,
-        Ge(1e-6),
-        Le(1e3),
-        Quantity(
-            "True moment of inertia of the object about its centre.",
-            "kg m²",
-            typical=(0.002, 0.05),
-            changeable=True,
+        Interval(ge=1e-6, le=1e3),
+        changeable(
+            "True moment of inertia of the object about its centre.", "kg m²", typical=(0.002, 0.05)
         ),
     ] = 0.01042
     half_width: Annotated[
-        float,
-        Ge(1e-3),
-        Le(10.0),
-        Quantity("Distance of the left and right faces from the centre.", "m"),
+        Length, Quantity("Distance of the left and right faces from the centre.", "m")
     ] = 0.1
     face_half_length: Annotated[
-        float,
-        Ge(1e-3),
-        Le(10.0),
+        Length,
         Quantity(
             "Half the length of the left and right faces; beyond it, a fingertip loses contact.",
             "m",
@@ -73,10 +60,10 @@ class ObjectParameters:
         Literal["polygon", "circle"],
         Quantity(
             "Outline of the object: polygon (a rectangle unless corners are given) or circle, "
-            "centred on the centre of mass.",
+            "centred on the centre of mass."
         ),
     ] = "polygon"
-    radius: Annotated[Radius, Quantity("Radius of a circle.", "m")] = 0.1
+    radius: Annotated[Length, Quantity("Radius of a circle.", "m")] = 0.1
 
     @property
     def is_round(self) -> bool:
@@ -90,10 +77,8 @@ class ObjectParameters:
             return self.radius, self.radius
         return self.half_width, self.face_half_length
 
-    @property
-    def half_height(self) -> float:
-        """Half the thickness of the object perpendicular to its plane: infinite [m]."""
-        return math.inf
+    # Half the thickness of the object perpendicular to its plane: infinite [m].
+    half_height = math.inf
 
     @property
     def face_names(self) -> tuple[str, ...]:

@@ -36,7 +36,7 @@ from slipgrasp.core.scenario.field_errors import (
 from slipgrasp.core.scenario.laws import LAW_ALIASES, law_kind
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
 from slipgrasp.core.scenario.scenario import need_hand, of_hand
-from slipgrasp.core.scenario.unknowns import PHYSICAL_BOUNDS, parse_unknown
+from slipgrasp.core.scenario.unknowns import PHYSICAL_BOUNDS, unknown_of
 
 _GRIP_FORCE = "controller.grip_force"
 _FIRMNESS = 1.5
@@ -197,9 +197,7 @@ def missing_bounds(scenario: Scenario) -> Iterator[tuple[str, float]]:
     initial estimates have no bounds.
     """
     for i, estimate in enumerate(scenario.estimates):
-        unknown = parse_unknown(scenario, estimate.parameter)
-        assert unknown is not None, "validated scenarios name only what can be estimated"
-        low, high = PHYSICAL_BOUNDS[unknown.kind]
+        low, high = PHYSICAL_BOUNDS[unknown_of(scenario, estimate.parameter).kind]
         values = tuple(_values_met(scenario, i, estimate))
         least, most = min(values), max(values)
         if least <= 0.0:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 import linecache
+import math
 import re
 import sys
 from dataclasses import dataclass
@@ -249,7 +250,11 @@ def _parameters(law: str, declared: Any) -> dict[str, LawParameter]:
 def _diagnostics(law: str, declared: Any) -> tuple[Diagnostic, ...]:
     _check_names(law, "diagnostics", declared, MAX_DIAGNOSTICS)
     for name, each in declared.items():
-        if not (isinstance(each, tuple) and len(each) == 2 and all(map(_is_text, each))):
+        if not (
+            isinstance(each, tuple)
+            and len(each) == 2
+            and all(isinstance(part, str) for part in each)
+        ):
             raise LawError(f"the law '{law}': diagnostics['{name}'] must be (unit, sentence)")
         if name in _TAKEN:
             raise LawError(f"the law '{law}': no diagnostic can have the name '{name}'")
@@ -261,12 +266,7 @@ def _memory(law: str, declared: Any) -> dict[str, tuple[int, ...]]:
     shapes = {n: (s,) if isinstance(s, int) else tuple(s) for n, s in declared.items()}
     if not all(isinstance(k, int) and k > 0 for shape in shapes.values() for k in shape):
         raise LawError(f"the law '{law}': its memory has an invalid shape")
-    size = 0
-    for shape in shapes.values():
-        count = 1
-        for k in shape:
-            count *= k
-        size += count
+    size = sum(map(math.prod, shapes.values()))
     if size > _LARGEST_MEMORY:
         raise LawError(
             f"the law '{law}': its memory has {size} numbers; allowed: {_LARGEST_MEMORY}"
@@ -282,7 +282,3 @@ def _check_names(law: str, what: str, declared: Any, most: int) -> None:
             raise LawError(
                 f"the law '{law}': '{name}' in {what} must be lower-case letters, digits, _"
             )
-
-
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str)

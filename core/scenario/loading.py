@@ -14,7 +14,7 @@ from typing import Any
 import pydantic
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.scenario import PLANAR, SPATIAL, Scenario, Space
+from slipgrasp.core.scenario import PLANAR, Scenario, Space
 from slipgrasp.core.scenario.assignment import assign, replaced
 from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS, law_parameters
 from slipgrasp.core.scenario.field_errors import (
@@ -38,11 +38,6 @@ _MAX_FILE_BYTES = 1_000_000
 def preset_names(space: Space = PLANAR) -> tuple[str, ...]:
     """Names of the presets of a kind of hand, the paper's first."""
     return tuple(name for name in all_preset_names() if _space_of(name) is space)
-
-
-def spatial_preset_names() -> tuple[str, ...]:
-    """Names of the presets of spatial hands."""
-    return preset_names(SPATIAL)
 
 
 @cache
@@ -89,25 +84,14 @@ def load_scenario(source: str | Path) -> Scenario:
     name = str(source)
     if name in all_preset_names():
         return _load_preset(name)
-    path = Path(source)
+    path, known = Path(source), ", ".join(all_preset_names())
     if not path.suffix and not path.exists():
-        known = ", ".join(all_preset_names())
-        raise single_error(
-            "scenario",
-            name,
-            known,
-            f"no preset or file '{name}'{nearest(name, all_preset_names())}; presets: {known}",
-        )
+        near = nearest(name, all_preset_names())
+        raise _refused(name, known, f"no preset or file '{name}'{near}; presets: {known}")
     if not path.is_file():
-        raise single_error(
-            "scenario",
-            name,
-            None,
-            f"no scenario file '{name}'; presets: {', '.join(all_preset_names())}",
-        )
-    if path.stat().st_size > _MAX_FILE_BYTES:
-        raise _too_large(name)
-    mapping = _parse_toml(path.read_bytes(), name)
+        raise _refused(name, None, f"no scenario file '{name}'; presets: {known}")
+    with path.open("rb") as file:
+        mapping = _parse_toml(file.read(_MAX_FILE_BYTES + 1), name)
     fill_in_hand(mapping, path.parent)
     fill_in_table(mapping, path.parent)
     return scenario_from_mapping(mapping)
@@ -128,22 +112,16 @@ def scenario_from_toml(content: bytes, name: str) -> Scenario:
 
 def _parse_toml(content: bytes, name: str) -> dict[str, Any]:
     if len(content) > _MAX_FILE_BYTES:
-        raise _too_large(name)
+        message = f"'{name}' is larger than 1 MB; a scenario is a small TOML file"
+        raise _refused(name, "1 MB", message)
     try:
         return tomllib.loads(content.decode("utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise single_error(
-            "scenario", name, "TOML", f"'{name}' is not valid TOML: {error}"
-        ) from error
+        raise _refused(name, "TOML", f"'{name}' is not valid TOML: {error}") from error
 
 
-def _too_large(name: str) -> ScenarioError:
-    return single_error(
-        "scenario",
-        name,
-        "1 MB",
-        f"'{name}' is larger than 1 MB; a scenario is a small TOML file",
-    )
+def _refused(name: str, limit: str | None, message: str) -> ScenarioError:
+    return single_error("scenario", name, limit, message)
 
 
 def scenario_from_mapping(mapping: Any, *, with_law: bool = True) -> Scenario:
@@ -166,9 +144,8 @@ def scenario_from_mapping(mapping: Any, *, with_law: bool = True) -> Scenario:
     except pydantic.ValidationError as error:
         raise ScenarioError(field_errors(error, space)) from error
     except (ValueError, RecursionError, TypeError) as error:
-        raise single_error(
-            "", None, None, f"the scenario cannot be read: {type(error).__name__}"
-        ) from error
+        message = f"the scenario cannot be read: {type(error).__name__}"
+        raise single_error("", None, None, message) from error
     check_scenario(scenario, with_law=with_law)
     check_changes(scenario, partial(with_values, with_law=with_law))
     return scenario

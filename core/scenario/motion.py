@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Le, Len
+from annotated_types import Interval, Len
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
+from slipgrasp.core.scenario.field_types import CONFIG, Angle, Coordinate
 from slipgrasp.core.scenario.parameters import Quantity
 
 MAX_SET_POINTS = 50
@@ -16,14 +16,16 @@ MAX_TABLE_ROWS = 250
 # Times closer than this are equal, such as 0.1 + 0.2 and 0.3 [s].
 SAME_TIME = 1e-12
 
-Angle = Annotated[float, Ge(-3.2), Le(3.2)]
-Acceleration = Annotated[float, Ge(-100.0), Le(100.0)]
-Time = Annotated[float, Ge(0.0), Le(600.0)]
-Amplitude = Annotated[float, Ge(-10.0), Le(10.0)]
+Part = Annotated[float, Interval(ge=-1.0, le=1.0)]
+Acceleration = Annotated[float, Interval(ge=-100.0, le=100.0)]
+Time = Annotated[float, Interval(ge=0.0, le=600.0)]
+Amplitude = Annotated[float, Interval(ge=-10.0, le=10.0)]
 
 
-MoveTime = Annotated[float, Ge(0.0), Le(600.0), Quantity("Start of the motion.", "s")]
-MoveDuration = Annotated[float, Ge(1e-3), Le(600.0), Quantity("Duration of the motion.", "s")]
+MoveTime = Annotated[float, Interval(ge=0.0, le=600.0), Quantity("Start of the motion.", "s")]
+MoveDuration = Annotated[
+    float, Interval(ge=1e-3, le=600.0), Quantity("Duration of the motion.", "s")
+]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -47,26 +49,22 @@ MotionKind = Annotated[
 ]
 AccelerationTime = Annotated[
     float,
-    Ge(0.0),
-    Le(1e3),
+    Interval(ge=0.0, le=1e3),
     Quantity("coast, circle, rotation, shake: duration of acceleration and of braking.", "s"),
 ]
 CoastTime = Annotated[
     float,
-    Ge(0.0),
-    Le(1e3),
+    Interval(ge=0.0, le=1e3),
     Quantity("duration of the motion at constant speed.", "s", used_by=("coast",)),
 ]
 Period = Annotated[
     float,
-    Ge(0.01),
-    Le(600.0),
+    Interval(ge=0.01, le=600.0),
     Quantity("time of one cycle at full speed.", "s", used_by=("circle", "rotation", "shake")),
 ]
 Cycles = Annotated[
     float,
-    Ge(1e-3),
-    Le(1e4),
+    Interval(ge=1e-3, le=1e4),
     Quantity("number of cycles.", "1", used_by=("circle", "rotation", "shake")),
 ]
 
@@ -94,14 +92,11 @@ class TrajectoryParameters:
     cycles: Cycles = 2.0
     radius: Annotated[
         float,
-        Ge(0.0),
-        Le(10.0),
+        Interval(ge=0.0, le=10.0),
         Quantity("radius of the circle, which starts at the bottom.", "m", used_by=("circle",)),
     ] = 0.05
     angle: Annotated[
-        float,
-        Ge(-3.2),
-        Le(3.2),
+        Angle,
         Quantity("angle at which the motion reverses.", "rad", used_by=("rotation",)),
     ] = 0.3
     amplitude: Annotated[
@@ -128,3 +123,89 @@ class TrajectoryParameters:
     def table_start(self) -> tuple[float, ...]:
         """The start pose as in the rows of a table."""
         return self.start
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class SpatialSetPoint:
+    """A pose to move to with minimum jerk, from the end of the previous motion."""
+
+    time: MoveTime
+    duration: MoveDuration
+    pose: Annotated[
+        tuple[Coordinate, Coordinate, Coordinate, Angle, Angle, Angle],
+        Quantity(
+            "Absolute position (x, y, z) at the end of the motion, and rotation vector from the "
+            "attitude of trajectory.start to the attitude there.",
+            "m, m, m, rad, rad, rad",
+        ),
+    ]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
+class SpatialTrajectory:
+    """The desired motion: positions x, y, z, and a rotation vector from the initial attitude."""
+
+    kind: MotionKind = "coast"
+    start: Annotated[
+        tuple[Coordinate, Coordinate, Coordinate, Part, Part, Part, Part],
+        Quantity(
+            "Position (x, y, z) and unit quaternion (w, x, y, z, world from object) at the start, "
+            "desired and actual.",
+            "m, m, m, 1, 1, 1, 1",
+        ),
+    ] = (0.0, 0.0, 0.366, 1.0, 0.0, 0.0, 0.0)
+    acceleration: Annotated[
+        tuple[Acceleration, Acceleration, Acceleration, Acceleration, Acceleration, Acceleration],
+        Quantity(
+            "desired acceleration (x, y, z, rotation vector) while speeding up; its opposite "
+            "while braking.",
+            "m/s², m/s², m/s², rad/s², rad/s², rad/s²",
+            used_by=("coast",),
+        ),
+    ] = (0.0, 0.0, 0.0256, 0.0, 0.0, 0.0)
+    acceleration_time: AccelerationTime = 1.0
+    coast_time: CoastTime = 5.0
+    period: Period = 2.0
+    cycles: Cycles = 2.0
+    radius: Annotated[
+        float,
+        Interval(ge=0.0, le=10.0),
+        Quantity(
+            "radius of the circle, which lies in the x-z plane and starts at its lowest point.",
+            "m",
+            used_by=("circle",),
+        ),
+    ] = 0.05
+    angle: Annotated[
+        tuple[Angle, Angle, Angle],
+        Quantity("rotation vector at which the motion reverses.", "rad", used_by=("rotation",)),
+    ] = (0.0, 0.0, 0.3)
+    amplitude: Annotated[
+        tuple[Amplitude, Amplitude, Amplitude, Amplitude, Amplitude, Amplitude],
+        Quantity(
+            "amplitude (x, y, z, rotation vector) of the oscillation.",
+            "m, m, m, rad, rad, rad",
+            used_by=("shake",),
+        ),
+    ] = (0.0, 0.0, 0.02, 0.0, 0.0, 0.0)
+    set_points: Annotated[
+        tuple[SpatialSetPoint, ...],
+        Len(0, MAX_SET_POINTS),
+        Quantity("successive motions.", used_by=("set-points",)),
+    ] = ()
+    table: Annotated[
+        tuple[tuple[Time, Coordinate, Coordinate, Coordinate, Angle, Angle, Angle], ...],
+        Len(0, MAX_TABLE_ROWS),
+        Quantity(
+            "rows of time, position and rotation vector (t, x, y, z, rx, ry, rz), joined by a "
+            "smooth curve; a scenario file can instead give the name of a CSV file in the same "
+            "folder.",
+            "s, m, m, m, rad, rad, rad",
+            used_by=("table",),
+        ),
+    ] = ()
+
+    @property
+    def table_start(self) -> tuple[float, ...]:
+        """The start pose as a row of a table, with rotations relative to the initial attitude."""
+        return (*self.start[:3], 0.0, 0.0, 0.0)

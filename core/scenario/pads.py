@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Le
+from annotated_types import Interval
 
 from slipgrasp.core.scenario.parameters import Quantity
 from slipgrasp.core.scenario.space import SPATIAL
@@ -24,8 +24,7 @@ LEAST_ECCENTRICITY = 5e-4
 
 PadRadius = Annotated[
     float,
-    Ge(0.0),
-    Le(1.0),
+    Interval(ge=0.0, le=1.0),
     Quantity(
         "Radius of the pad of a soft fingertip, which resists rotation about the normal of the "
         "face; a pad with an eccentricity below 0.5 mm (a radius below 0.75 mm, with hertz "

@@ -10,10 +10,10 @@ import dataclasses
 import types
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
-from typing import Any, Literal
+from functools import cache, partial
+from typing import Any, Literal, cast
 
-import annotated_types
+from annotated_types import Interval
 
 from slipgrasp.core.scenario.custom_laws import law_parameters
 from slipgrasp.core.scenario.space import SPACES, Space
@@ -48,6 +48,9 @@ class Quantity:
     def sentence(self) -> str:
         """The sentence, preceded by the kinds that use the parameter."""
         return f"{', '.join(self.used_by)}: {self.text}" if self.used_by else self.text
+
+
+changeable = partial(Quantity, changeable=True)
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -397,14 +400,8 @@ def _kind(kinds: list[Any]) -> ParameterKind:
 
 def _bounds(extras: Sequence[Any], kinds: list[Any]) -> tuple[float | None, float | None, bool]:
     metadata = [*extras, *(e for k in kinds for e in split_hint(k)[1])]
-    low: float | None = None
-    high: float | None = None
-    exclusive = False
-    for extra in metadata:
-        if isinstance(extra, annotated_types.Ge):
-            low = float(typing.cast(float, extra.ge))
-        elif isinstance(extra, annotated_types.Gt):
-            low, exclusive = float(typing.cast(float, extra.gt)), True
-        elif isinstance(extra, annotated_types.Le):
-            high = float(typing.cast(float, extra.le))
-    return low, high, exclusive
+    found = next((e for e in metadata if isinstance(e, Interval)), None)
+    if found is None:
+        return None, None, False
+    low = found.ge if found.gt is None else found.gt
+    return float(cast(float, low)), float(cast(float, found.le)), found.gt is not None

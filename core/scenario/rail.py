@@ -11,25 +11,31 @@ import math
 from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
-from annotated_types import Ge, Le, Len
+from annotated_types import Interval, Len
 from pydantic import BeforeValidator
 from pydantic.dataclasses import dataclass
 
 from slipgrasp.core.scenario.common import Changes, FrictionCone, Title, without_none
 from slipgrasp.core.scenario.controller import Estimate
-from slipgrasp.core.scenario.field_types import CONFIG, Coordinate, FrozenMapping
+from slipgrasp.core.scenario.field_types import (
+    CONFIG,
+    Coordinate,
+    Fraction,
+    FrozenMapping,
+    InertiaFraction,
+    Length,
+)
 from slipgrasp.core.scenario.finger import Friction, LinkLength, StaticFriction
-from slipgrasp.core.scenario.held_object import SIDES, Corner, ObjectMass
+from slipgrasp.core.scenario.held_object import SIDES, ObjectMass
 from slipgrasp.core.scenario.laws import law_kind
 from slipgrasp.core.scenario.motion import MAX_SET_POINTS, MoveDuration, MoveTime
 from slipgrasp.core.scenario.numerics import Change
-from slipgrasp.core.scenario.parameters import Quantity
-from slipgrasp.core.scenario.space import RAIL, Space
+from slipgrasp.core.scenario.parameters import Quantity, changeable
+from slipgrasp.core.scenario.space import RAIL
 from slipgrasp.core.scenario.supported import SupportSimulation, WithoutHand
 from slipgrasp.core.scenario.world import Pulse
 
-HalfSize = Annotated[float, Ge(1e-3), Le(10.0)]
-Gain = Annotated[float, Ge(0.0), Le(1e6)]
+Gain = Annotated[float, Interval(ge=0.0, le=1e6)]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -38,41 +44,28 @@ class RailObject:
 
     mass: ObjectMass = 1.0
     half_width: Annotated[
-        HalfSize, Quantity("Half the length of the object along the rail.", "m")
+        Length, Quantity("Half the length of the object along the rail.", "m")
     ] = 0.1
     face_half_length: Annotated[
-        HalfSize, Quantity("Half the height of the object above the rail.", "m")
+        Length, Quantity("Half the height of the object above the rail.", "m")
     ] = 0.1
 
-    @property
-    def shape(self) -> str:
-        """Kind of outline."""
-        return "rectangle"
-
-    @property
-    def is_round(self) -> bool:
-        """Whether the faces are curved: never."""
-        return False
+    # Kind of outline.
+    shape = "rectangle"
+    # Whether the faces are curved: never.
+    is_round = False
 
     @property
     def half_sizes(self) -> tuple[float, float]:
         """Half the sizes along x and y [m]."""
         return self.half_width, self.face_half_length
 
-    @property
-    def half_height(self) -> float:
-        """Extent perpendicular to the plane, which is not modelled [m]."""
-        return math.inf
-
-    @property
-    def corners(self) -> tuple[Corner, ...]:
-        """Corners of a polygon: it is drawn as a rectangle."""
-        return ()
-
-    @property
-    def face_names(self) -> tuple[str, ...]:
-        """Names of the sides."""
-        return SIDES
+    # Extent perpendicular to the plane, which is not modelled [m].
+    half_height = math.inf
+    # Corners of a polygon: it is drawn as a rectangle.
+    corners = ()
+    # Names of the sides.
+    face_names = SIDES
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -81,31 +74,23 @@ class RailParameters:
 
     friction: Annotated[
         float,
-        Ge(0.0),
-        Le(10.0),
-        Quantity(
-            "Friction coefficient of the rail while the object slides.",
-            "1",
-            typical=(0.02, 0.5),
-            changeable=True,
+        Interval(ge=0.0, le=10.0),
+        changeable(
+            "Friction coefficient of the rail while the object slides.", "1", typical=(0.02, 0.5)
         ),
     ] = 0.1
     static_friction: Annotated[
         float | None,
-        Ge(0.0),
-        Le(10.0),
-        Quantity(
+        Interval(ge=0.0, le=10.0),
+        changeable(
             "Friction coefficient of the rail while the object is at rest, not smaller than "
             "friction (default: the same).",
             "1",
-            changeable=True,
         ),
     ] = None
 
-    @property
-    def link_masses(self) -> tuple[float, ...]:
-        """There are no links."""
-        return ()
+    # There are no links.
+    link_masses = ()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -113,8 +98,10 @@ class RailFinger:
     """The finger: two links, with a fingertip that touches the object at one point."""
 
     link_masses: Annotated[
-        tuple[Annotated[float, Ge(1e-6), Le(1e3)], Annotated[float, Ge(1e-6), Le(1e3)]],
-        Quantity("Mass of a link.", "kg", typical=(0.2, 3.0), changeable=True),
+        tuple[
+            Annotated[float, Interval(ge=1e-6, le=1e3)], Annotated[float, Interval(ge=1e-6, le=1e3)]
+        ],
+        changeable("Mass of a link.", "kg", typical=(0.2, 3.0)),
     ] = (1.0, 1.0)
     link_lengths: Annotated[tuple[LinkLength, LinkLength], Quantity("Length of a link.", "m")] = (
         1.0,
@@ -128,8 +115,7 @@ class RailFinger:
     static_friction: StaticFriction = None
     angle: Annotated[
         float,
-        Ge(0.0),
-        Le(0.5 * math.pi),
+        Interval(ge=0.0, le=0.5 * math.pi),
         Quantity(
             "Angle phi of the contact: 0 pushes the left side along x, pi/2 presses from above.",
             "rad",
@@ -142,21 +128,18 @@ class RailFinger:
         ),
     ] = "up"
     link_centre_fractions: Annotated[
-        tuple[Annotated[float, Ge(0.0), Le(1.0)], Annotated[float, Ge(0.0), Le(1.0)]],
+        tuple[Fraction, Fraction],
         Quantity("Centre of mass of a link as a fraction of its length.", "1"),
     ] = (0.5, 0.5)
     link_inertia_fractions: Annotated[
-        tuple[Annotated[float, Ge(1e-6), Le(1.0)], Annotated[float, Ge(1e-6), Le(1.0)]],
+        tuple[InertiaFraction, InertiaFraction],
         Quantity(
-            "Inertia of a link about its centre of mass, divided by mass times length squared.",
-            "1",
+            "Inertia of a link about its centre of mass, divided by mass times length squared.", "1"
         ),
     ] = (1.0 / 12.0, 1.0 / 12.0)
 
-    @property
-    def kind(self) -> str:
-        """Mechanism of the finger."""
-        return "links"
+    # Mechanism of the finger.
+    kind = "links"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -190,81 +173,60 @@ class RailController:
     kind: Annotated[
         Literal["theorem-3", "certainty-equivalence", "pd-gravity"],
         BeforeValidator(law_kind),
-        Quantity(
+        changeable(
             "Control law. theorem-3 (adaptive-mass): computed torque; the tracking error adapts "
             "the estimated mass while the fingertip sticks and the object slides. "
-            "certainty-equivalence: the same without adaptation. pd-gravity: feedback, a constant "
-            "normal force, and compensation of the links' weight.",
-            changeable=True,
+            "certainty-equivalence: the same without adaptation. pd-gravity: feedback, a "
+            "constant normal force, and compensation of the links' weight."
         ),
     ] = "certainty-equivalence"
-    position_gain: Annotated[
-        Gain, Quantity("K_p.", "1/s²", typical=(0.0, 400.0), changeable=True)
-    ] = 100.0
-    velocity_gain: Annotated[
-        Gain, Quantity("K_v.", "1/s", typical=(0.0, 50.0), changeable=True)
-    ] = 20.0
+    position_gain: Annotated[Gain, changeable("K_p.", "1/s²", typical=(0.0, 400.0))] = 100.0
+    velocity_gain: Annotated[Gain, changeable("K_v.", "1/s", typical=(0.0, 50.0))] = 20.0
     grip_force: Annotated[
         float,
-        Ge(0.0),
-        Le(1e4),
-        Quantity(
+        Interval(ge=0.0, le=1e4),
+        changeable(
             "Commanded normal force, to which the force along the rail is added.",
             "N",
             typical=(0.0, 50.0),
-            changeable=True,
         ),
     ] = 1.0
     minimum_normal_force: Annotated[
         float,
-        Ge(0.0),
-        Le(1e4),
-        Quantity(
+        Interval(ge=0.0, le=1e4),
+        changeable(
             "Smallest commanded normal force, so that the fingertip stays on the object; has no "
             "effect at an angle of pi/2.",
             "N",
             typical=(0.0, 20.0),
-            changeable=True,
         ),
     ] = 0.5
     mass_estimate: Annotated[
         float | None,
-        Ge(1e-3),
-        Le(1e3),
+        Interval(ge=1e-3, le=1e3),
         Quantity("Initial estimate of the object's mass; omitted: the mass is known.", "kg"),
     ] = None
     adaptation_gain: Annotated[
         float,
-        Ge(1e-12),
-        Le(1e6),
-        Quantity(
-            "Gamma: speed of adaptation.",
-            "1",
-            typical=(1.0, 1000.0),
-            changeable=True,
-            used_by=("theorem-3",),
+        Interval(ge=1e-12, le=1e6),
+        changeable(
+            "Gamma: speed of adaptation.", "1", typical=(1.0, 1000.0), used_by=("theorem-3",)
         ),
     ] = 100.0
     lyapunov_weight: Annotated[
         Gain,
-        Quantity(
+        changeable(
             "Q: weight of the errors in the Lyapunov function.",
             "1",
             typical=(1.0, 100.0),
-            changeable=True,
             used_by=("theorem-3",),
         ),
     ] = 20.0
 
-    @property
-    def control_period(self) -> float:
-        """Control is continuous."""
-        return 0.0
-
-    @property
-    def parameters(self) -> FrozenMapping:
-        """Parameters of a custom law; there are none."""
-        return FrozenMapping()
+    # Control is continuous.
+    control_period = 0.0
+    # Parameters of a custom law; there are none.
+    parameters = FrozenMapping()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -284,20 +246,16 @@ class RailScenario(WithoutHand):
     simulation: SupportSimulation = SupportSimulation()
     changes: Changes = ()
 
-    @property
-    def space(self) -> Space:
-        """Functions and constants that depend on the kind of scenario."""
-        return RAIL
+    # Functions and constants that depend on the kind of scenario.
+    space = RAIL
 
     @property
     def fingers(self) -> tuple[RailFinger | RailParameters, ...]:
         """The contacts: fingertip and rail."""
         return self.finger, self.rail
 
-    @property
-    def finger_names(self) -> tuple[str, ...]:
-        """Names of the contacts."""
-        return "finger", "rail"
+    # Names of the contacts.
+    finger_names = "finger", "rail"
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
@@ -310,10 +268,8 @@ class RailScenario(WithoutHand):
         """Pulses; there are none."""
         return ()
 
-    @property
-    def has_soft_fingers(self) -> bool:
-        """Whether a contact has a spin: never."""
-        return False
+    # Whether a contact has a spin: never.
+    has_soft_fingers = False
 
     @property
     def friction_cone(self) -> FrictionCone:

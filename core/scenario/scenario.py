@@ -9,39 +9,31 @@ from typing import TypeVar
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario.controller import ControllerParameters, SpatialController
 from slipgrasp.core.scenario.held_object import ObjectParameters
-from slipgrasp.core.scenario.motion import SetPoint, TrajectoryParameters
+from slipgrasp.core.scenario.motion import (
+    SetPoint,
+    SpatialSetPoint,
+)
 from slipgrasp.core.scenario.planar import PlanarScenario, full_planar_scenario
 from slipgrasp.core.scenario.rail import (
     RailObject,
     RailScenario,
     RailSetPoint,
-    RailTrajectory,
     full_rail_scenario,
 )
 from slipgrasp.core.scenario.space import PLANAR, RAIL, SPATIAL, SUPPORT, Space
-from slipgrasp.core.scenario.spatial import (
-    SpatialObject,
-    SpatialPatch,
-    SpatialPulse,
-    SpatialScenario,
-    SpatialSetPoint,
-    SpatialTrajectory,
-    full_spatial_scenario,
-)
+from slipgrasp.core.scenario.spatial import SpatialObject, SpatialScenario, full_spatial_scenario
 from slipgrasp.core.scenario.supported import (
-    InitialMotion,
     SupportedObject,
     SupportScenario,
     full_support_scenario,
 )
-from slipgrasp.core.scenario.world import Patch, Pulse
+from slipgrasp.core.scenario.world import Patch, Pulse, SpatialPatch, SpatialPulse
 
 HandScenario = PlanarScenario | SpatialScenario
 FreeScenario = SupportScenario | RailScenario
 Scenario = HandScenario | FreeScenario
 AnyScenario = TypeVar("AnyScenario", bound=Scenario)
 AnyObject = ObjectParameters | SpatialObject | SupportedObject | RailObject
-AnyTrajectory = TrajectoryParameters | SpatialTrajectory | InitialMotion | RailTrajectory
 AnySetPoint = SetPoint | SpatialSetPoint | RailSetPoint
 AnyController = ControllerParameters | SpatialController
 AnyPulse = Pulse | SpatialPulse
@@ -86,8 +78,7 @@ def need_hand(scenario: Scenario, what: str, instead: str) -> HandScenario:
     if isinstance(scenario, FreeScenario):
         field = scenario.space.name
         message = f"{what} needs a hand, but this is a body on a {field}; {instead}"
-        error = FieldError(field=field, value=None, limit="a hand", message=message)
-        raise ScenarioError([error])
+        raise ScenarioError([FieldError(field, None, "a hand", message)])
     return scenario
 
 

@@ -12,18 +12,12 @@ import math
 from dataclasses import asdict
 from typing import Annotated, Any
 
-from annotated_types import Ge, Le, Len
+from annotated_types import Interval, Len
 from pydantic.dataclasses import dataclass
 
-from slipgrasp.core.scenario.common import (
-    Changes,
-    FrictionCone,
-    Pulses,
-    Title,
-    without_none,
-)
-from slipgrasp.core.scenario.controller import ControllerParameters, Estimate
-from slipgrasp.core.scenario.field_types import CONFIG, Coordinate
+from slipgrasp.core.scenario.common import Changes, FrictionCone, Pulses, Title, without_none
+from slipgrasp.core.scenario.controller import ControllerParameters
+from slipgrasp.core.scenario.field_types import CONFIG, Angle, Coordinate, Length
 from slipgrasp.core.scenario.held_object import MAX_CORNERS, SIDES, Corner, ObjectMass
 from slipgrasp.core.scenario.numerics import (
     AbsoluteTolerance,
@@ -31,18 +25,18 @@ from slipgrasp.core.scenario.numerics import (
     ChatterChanges,
     ChatterWindow,
     Duration,
+    Gravity,
     MaxStep,
     MaxSteps,
     OutputRate,
     RelativeTolerance,
 )
-from slipgrasp.core.scenario.parameters import Quantity
-from slipgrasp.core.scenario.space import SUPPORT, Space
+from slipgrasp.core.scenario.parameters import Quantity, changeable
+from slipgrasp.core.scenario.space import SUPPORT
 from slipgrasp.core.scenario.world import Patch, Pulse
 
-HalfLength = Annotated[float, Ge(1e-3), Le(10.0)]
-Speed = Annotated[float, Ge(-1e3), Le(1e3)]
-Coefficient = Annotated[float, Ge(0.0), Le(10.0)]
+Speed = Annotated[float, Interval(ge=-1e3, le=1e3)]
+Coefficient = Annotated[float, Interval(ge=0.0, le=10.0)]
 
 NO_CONTROLLER = "none"
 """Kind of control in descriptions of runs."""
@@ -57,20 +51,18 @@ class SupportedObject:
     mass: ObjectMass = 0.37
     inertia: Annotated[
         float,
-        Ge(1e-9),
-        Le(1e3),
-        Quantity(
+        Interval(ge=1e-9, le=1e3),
+        changeable(
             "Moment of inertia of the body about the normal of the support.",
             "kg m²",
             typical=(1e-4, 5e-3),
-            changeable=True,
         ),
     ] = 6.773e-4
     half_width: Annotated[
-        HalfLength, Quantity("Half the length of the body along its x axis.", "m")
+        Length, Quantity("Half the length of the body along its x axis.", "m")
     ] = 0.0524
     half_depth: Annotated[
-        HalfLength, Quantity("Half the length of the body along its y axis.", "m")
+        Length, Quantity("Half the length of the body along its y axis.", "m")
     ] = 0.0524
     corners: Annotated[
         tuple[Corner, ...],
@@ -82,25 +74,18 @@ class SupportedObject:
         ),
     ] = ()
 
-    @property
-    def shape(self) -> str:
-        """Kind of outline."""
-        return "polygon"
-
-    @property
-    def is_round(self) -> bool:
-        """Whether the faces are curved: never."""
-        return False
+    # Kind of outline.
+    shape = "polygon"
+    # Whether the faces are curved: never.
+    is_round = False
 
     @property
     def half_sizes(self) -> tuple[float, float]:
         """Half the sizes along x and y [m]."""
         return self.half_width, self.half_depth
 
-    @property
-    def half_height(self) -> float:
-        """Extent perpendicular to the support, which is not modelled [m]."""
-        return math.inf
+    # Extent perpendicular to the support, which is not modelled [m].
+    half_height = math.inf
 
     @property
     def face_names(self) -> tuple[str, ...]:
@@ -114,43 +99,30 @@ class SupportParameters:
 
     friction: Annotated[
         Coefficient,
-        Quantity(
-            "Friction coefficient of the support while the body slides.",
-            "1",
-            typical=(0.05, 1.0),
-            changeable=True,
+        changeable(
+            "Friction coefficient of the support while the body slides.", "1", typical=(0.05, 1.0)
         ),
     ] = 0.21
     static_friction: Annotated[
         Coefficient | None,
-        Quantity(
-            "Friction coefficient while the body is at rest (default: that of sliding).",
-            "1",
-            changeable=True,
+        changeable(
+            "Friction coefficient while the body is at rest (default: that of sliding).", "1"
         ),
     ] = None
     radius: Annotated[
         float,
-        Ge(0.0),
-        Le(1.0),
-        Quantity(
+        Interval(ge=0.0, le=1.0),
+        changeable(
             "Ratio of the largest friction moment about the normal to the largest friction force; "
             "0: the contact does not resist rotation.",
             "m",
             typical=(0.0, 0.1),
-            changeable=True,
         ),
     ] = 0.0
     incline: Annotated[
         float,
-        Ge(-1.5),
-        Le(1.5),
-        Quantity(
-            "Angle of the plane, which rises along x.",
-            "rad",
-            typical=(-0.5, 0.5),
-            changeable=True,
-        ),
+        Interval(ge=-1.5, le=1.5),
+        changeable("Angle of the plane, which rises along x.", "rad", typical=(-0.5, 0.5)),
     ] = 0.0
 
     @property
@@ -158,10 +130,8 @@ class SupportParameters:
         """Radius of the support, with the name that it has for a soft fingertip [m]."""
         return self.radius
 
-    @property
-    def link_masses(self) -> tuple[float, ...]:
-        """There are no links."""
-        return ()
+    # There are no links.
+    link_masses = ()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -169,7 +139,7 @@ class InitialMotion:
     """Pose and velocity of the body at the start."""
 
     start: Annotated[
-        tuple[Coordinate, Coordinate, Annotated[float, Ge(-3.2), Le(3.2)]],
+        tuple[Coordinate, Coordinate, Angle],
         Quantity("Pose (x, y, theta) at the start, in the plane of the support.", "m, m, rad"),
     ] = (0.0, 0.0, 0.0)
     velocity: Annotated[
@@ -184,9 +154,7 @@ class SupportSimulation:
 
     duration: Duration = 1.0
     output_rate: OutputRate = 200.0
-    gravity: Annotated[
-        float, Ge(0.0), Le(100.0), Quantity("Gravitational acceleration.", "m/s²")
-    ] = 9.81
+    gravity: Annotated[Gravity, Quantity("Gravitational acceleration.", "m/s²")] = 9.81
     relative_tolerance: RelativeTolerance = 1e-8
     absolute_tolerance: AbsoluteTolerance = 1e-10
     max_step: MaxStep = 0.1
@@ -194,10 +162,8 @@ class SupportSimulation:
     chatter_changes: ChatterChanges = 100
     chatter_window: ChatterWindow = 0.15
 
-    @property
-    def seed(self) -> int:
-        """Seed of sensor noise; there is none."""
-        return 0
+    # Seed of sensor noise; there is none.
+    seed = 0
 
 
 class WithoutHand:
@@ -210,15 +176,10 @@ class WithoutHand:
         """Patches; there are none."""
         return ()
 
-    @property
-    def slides(self) -> tuple[int, ...]:
-        """There are no prismatic joints."""
-        return ()
-
-    @property
-    def sliding_joints(self) -> tuple[int, ...]:
-        """There are no prismatic joints."""
-        return ()
+    # There are no prismatic joints.
+    slides = ()
+    # There are no prismatic joints.
+    sliding_joints = ()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True, config=CONFIG)
@@ -237,40 +198,28 @@ class SupportScenario(WithoutHand):
     pulses: Pulses[Pulse] = ()
     changes: Changes = ()
 
-    @property
-    def space(self) -> Space:
-        """Functions and constants that depend on the kind of scenario."""
-        return SUPPORT
+    # Functions and constants that depend on the kind of scenario.
+    space = SUPPORT
 
     @property
     def fingers(self) -> tuple[SupportParameters, ...]:
         """The only contact."""
         return (self.support,)
 
-    @property
-    def finger_names(self) -> tuple[str, ...]:
-        """Name of the only contact."""
-        return ("support",)
+    # Name of the only contact.
+    finger_names = ("support",)
 
     @property
     def trajectory(self) -> InitialMotion:
         """The start; no motion is desired."""
         return self.motion
 
-    @property
-    def controller(self) -> ControllerParameters:
-        """Defaults that have no effect: nothing is controlled."""
-        return _NO_CONTROLLER
-
-    @property
-    def estimates(self) -> tuple[Estimate, ...]:
-        """Nothing is estimated."""
-        return ()
-
-    @property
-    def has_soft_fingers(self) -> bool:
-        """Whether the contact has a spin: always."""
-        return True
+    # Defaults that have no effect: nothing is controlled.
+    controller = _NO_CONTROLLER
+    # Nothing is estimated.
+    estimates = ()
+    # Whether the contact has a spin: always.
+    has_soft_fingers = True
 
     @property
     def friction_cone(self) -> FrictionCone:

@@ -67,29 +67,12 @@ def _unchangeable(scenario: Scenario, whole: Scenario) -> Iterator[tuple[int, Fi
         if parameter is None and not (
             _is_list_gain(change.parameter, whole) or is_of_unknown_law(scenario, change.parameter)
         ):
-            near = nearest(change.parameter, describe(whole))
-            yield (
-                i,
-                FieldError(
-                    field=key,
-                    value=shortened(change.parameter),
-                    limit=None,
-                    message=f"{key}: unknown parameter '{shortened(change.parameter)}'{near}",
-                ),
-            )
+            near, name = nearest(change.parameter, describe(whole)), shortened(change.parameter)
+            yield i, FieldError(key, name, None, f"{key}: unknown parameter '{name}'{near}")
         elif parameter is not None and not parameter.changeable:
-            yield (
-                i,
-                FieldError(
-                    field=key,
-                    value=change.parameter,
-                    limit="a parameter that can change during a run",
-                    message=(
-                        f"{key}: '{change.parameter}' cannot change during a run; set it for the "
-                        "whole run instead"
-                    ),
-                ),
-            )
+            name, limit = change.parameter, "a parameter that can change during a run"
+            words = f"{key}: '{name}' cannot change during a run; set it for the whole run instead"
+            yield i, FieldError(key, name, limit, words)
 
 
 def _misfits(

@@ -50,6 +50,13 @@ def parse_unknown(scenario: Scenario, key: str) -> Unknown | None:
     return None
 
 
+def unknown_of(scenario: Scenario, key: str) -> Unknown:
+    """Returns the unknown of an estimate of a scenario, by dotted key."""
+    unknown = parse_unknown(scenario, key)
+    assert unknown is not None, "validated scenarios name only what can be estimated"
+    return unknown
+
+
 def mass_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
     """Dotted keys of the masses of a finger: of its links, or of its slides."""
     if finger in scenario.slides:
@@ -64,8 +71,7 @@ def mass_keys(scenario: Scenario, finger: int) -> tuple[str, ...]:
 
 def name_unknown(scenario: Scenario, key: str) -> str:
     """Returns the name of an unknown: ``the friction of the left fingertip``."""
-    unknown = parse_unknown(scenario, key)
-    assert unknown is not None, "validated scenarios name only what can be estimated"
+    unknown = unknown_of(scenario, key)
     if unknown.kind == "object_mass":
         return "the mass of the object"
     if unknown.kind == "object_inertia":
@@ -81,6 +87,5 @@ def name_unknown(scenario: Scenario, key: str) -> str:
 
 def unit_of_unknown(scenario: Scenario, key: str) -> str:
     """SI unit of an unknown after a space; empty for friction."""
-    unknown = parse_unknown(scenario, key)
-    assert unknown is not None, "validated scenarios name only what can be estimated"
-    return {"friction": "", "object_inertia": " kg m²"}.get(unknown.kind, " kg")
+    kind = unknown_of(scenario, key).kind
+    return {"friction": "", "object_inertia": " kg m²"}.get(kind, " kg")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.run.metrics import single_metrics
@@ -149,12 +150,7 @@ def _unknown(base: Scenario, field: str, key: str, axis: AxisDocument) -> Iterat
         with_values(base, {key: plain_value(value)})
     except ScenarioError as error:
         for finding in error.errors:
-            yield FieldError(
-                field=field,
-                value=finding.value,
-                limit=finding.limit,
-                message=f"{field}: {finding.message}",
-            )
+            yield replace(finding, field=field, message=f"{field}: {finding.message}")
 
 
 def _check_range(

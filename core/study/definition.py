@@ -9,10 +9,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
@@ -85,19 +86,27 @@ class Axis:
         return len(self.values) if self.values is not None else self.count or 0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sampling:
-    """Selection of the runs.
+class Sampling(BaseModel):
+    """Selection of the runs."""
 
-    Attributes:
-        method: All combinations, a list, or samples of the ranges.
-        runs: Number of samples of the ranges; None for grid and list.
-        seed: Seed of the samples.
-    """
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False, frozen=True)
 
-    method: Method
-    runs: int | None = None
-    seed: int = 0
+    method: Annotated[
+        Method,
+        Field(
+            description="grid: every combination; list: `runs` one by one; random and "
+            "latin-hypercube: samples between min and max"
+        ),
+    ] = "grid"
+    runs: Annotated[
+        int | None, Field(ge=1, le=10**15, description="number of samples; not for a grid or list")
+    ] = None
+    seed: Annotated[
+        int,
+        Field(
+            ge=0, le=2**53 - 1, description="seed of the samples; equal seeds give equal samples"
+        ),
+    ] = 0
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,13 +9,13 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from slipgrasp.core.scenario.field_errors import shortened, single_error
-from slipgrasp.core.study.definition import KeptRecordings, Method
+from slipgrasp.core.scenario.field_types import CONFIG
+from slipgrasp.core.study.definition import KeptRecordings, Sampling
 
 MAX_AXES = 20
 MAX_LISTED = 10_000
 MAX_VALUES = 10_000
 
-_CONFIG = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 _EXAMPLE = {
     "base": "paper-case-2",
     "sampling": {"method": "latin-hypercube", "runs": 200, "seed": 1},
@@ -35,7 +35,7 @@ PlainValues = Annotated[dict[Key, PlainValue], Field(max_length=100)]
 class AxisDocument(BaseModel):
     """Variation of one parameter: `values`, or `min` and `max`."""
 
-    model_config = _CONFIG
+    model_config = CONFIG
 
     values: Annotated[
         list[PlainValue] | None,
@@ -57,29 +57,6 @@ class AxisDocument(BaseModel):
     ] = "linear"
 
 
-class SamplingDocument(BaseModel):
-    """Selection of the runs."""
-
-    model_config = _CONFIG
-
-    method: Annotated[
-        Method,
-        Field(
-            description="grid: every combination; list: `runs` one by one; random and "
-            "latin-hypercube: samples between min and max"
-        ),
-    ] = "grid"
-    runs: Annotated[
-        int | None, Field(ge=1, le=10**15, description="number of samples; not for a grid or list")
-    ] = None
-    seed: Annotated[
-        int,
-        Field(
-            ge=0, le=2**53 - 1, description="seed of the samples; equal seeds give equal samples"
-        ),
-    ] = 0
-
-
 class StudyDocument(BaseModel):
     """A base scenario, its variations, and the recordings to store."""
 
@@ -95,7 +72,7 @@ class StudyDocument(BaseModel):
     set: Annotated[
         PlainValues, Field(description="values that differ from the base, by dotted key")
     ] = {}
-    sampling: SamplingDocument = SamplingDocument()
+    sampling: Sampling = Sampling()
     vary: Annotated[
         dict[Key, AxisDocument],
         Field(

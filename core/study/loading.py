@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -36,7 +36,6 @@ from slipgrasp.core.study.definition import (
 )
 from slipgrasp.core.study.document import (
     AxisDocument,
-    SamplingDocument,
     StudyDocument,
     flatten,
     plain_value,
@@ -124,7 +123,7 @@ def study_from_mapping(mapping: Any, find_base: Callable[[Any], Scenario]) -> St
         base=base,
         base_name=str(document.base) if named else "",
         axes=tuple(_axis(key, axis, base, definitions) for key, axis in document.vary.items()),
-        sampling=_sampling(document),
+        sampling=document.sampling,
         listed=tuple({k: plain_value(v) for k, v in run.items()} for run in document.runs),
         limits=document.limits,
     )
@@ -150,19 +149,24 @@ def study_to_mapping(study: Study) -> dict[str, Any]:
     }
 
 
-def check_members(study: Study, progress: Callable[[float], None] | None = None) -> None:
-    """Creates and validates every run of a study.
+def check_members(
+    study: Study,
+    progress: Callable[[float], None] | None = None,
+    runs: Iterable[int] | None = None,
+) -> None:
+    """Creates and validates runs of a study.
 
     Args:
         study: The study.
         progress: Called occasionally with the checked fraction, 0 to 1.
+        runs: Indices of the runs to check; all if None.
 
     Raises:
         ScenarioError: With the index of the first run of each kind of error.
     """
     errors: dict[str, FieldError] = {}
     num_wrong = 0
-    for index in range(study.num_runs):
+    for index in range(study.num_runs) if runs is None else runs:
         try:
             study.scenario_of(index)
         except ScenarioError as error:
@@ -178,12 +182,8 @@ def check_members(study: Study, progress: Callable[[float], None] | None = None)
 
 
 def _of_member(index: int, finding: FieldError) -> FieldError:
-    return FieldError(
-        field=f"runs.{index}.{finding.field}",
-        value=finding.value,
-        limit=finding.limit,
-        message=f"run {index}: {finding.message}",
-    )
+    field, message = f"runs.{index}.{finding.field}", f"run {index}: {finding.message}"
+    return replace(finding, field=field, message=message)
 
 
 def _base_from_file(base: Any, folder: Path) -> Scenario:
@@ -228,11 +228,6 @@ def _axis_to_mapping(axis: Axis) -> dict[str, Any]:
     return bounds if axis.count is None else {**bounds, "count": axis.count}
 
 
-def _sampling(document: StudyDocument) -> Sampling:
-    sampling = document.sampling
-    return Sampling(method=sampling.method, runs=sampling.runs, seed=sampling.seed)
-
-
 def _keeping(study: Study, recordings: KeptRecordings | None) -> Study:
     few = study.num_runs <= MAX_RUNS_RECORDED_BY_DEFAULT
     return replace(study, recordings=recordings or ("all" if few else "none"))
@@ -267,7 +262,7 @@ def _finding(field: str, item: Any, *, of_several_kinds: bool) -> str:
         return "should be a table"
     if kind == "extra_forbidden":
         parts = field.rpartition(".")
-        known = {"": StudyDocument, "sampling": SamplingDocument}.get(parts[0], AxisDocument)
+        known = {"": StudyDocument, "sampling": Sampling}.get(parts[0], AxisDocument)
         return f"is not known{nearest(parts[2], known.model_fields)}"
     if kind == "missing":
         return "is missing"

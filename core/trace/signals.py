@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Annotated, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -77,6 +78,16 @@ class Signal:
     def prefix(self) -> str:
         """Prefix of its column names."""
         return self.name if self.column is None else self.column
+
+
+_per_coordinate = partial(Signal, "object", "coordinate")
+_per_contact = partial(Signal, "contacts", "contact")
+_per_tangent = partial(Signal, "contacts", "tangent")
+_per_pad = partial(Signal, "contacts", "pad")
+_per_joint = partial(Signal, "joints", "joint", of_control=True)
+_per_unknown = partial(Signal, "controller", "unknown", "", of_control=True)
+_of_law = partial(Signal, "controller", "")
+_energy = partial(Signal, "energy", "", "J")
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,9 +206,7 @@ class Samples:
     ]
     object_velocity: Annotated[
         Floats,
-        Signal(
-            "object",
-            "coordinate",
+        _per_coordinate(
             "m/s, m/s, rad/s",
             "Velocity x, y, theta.",
             spatial_unit="m/s, m/s, m/s, rad/s, rad/s, rad/s",
@@ -206,9 +215,7 @@ class Samples:
     ]
     object_acceleration: Annotated[
         Floats,
-        Signal(
-            "object",
-            "coordinate",
+        _per_coordinate(
             "m/s², rad/s²",
             "Acceleration x, y, theta.",
             spatial_unit="m/s², m/s², m/s², rad/s², rad/s², rad/s²",
@@ -217,9 +224,7 @@ class Samples:
     ]
     tracking_error: Annotated[
         Floats,
-        Signal(
-            "object",
-            "coordinate",
+        _per_coordinate(
             "m, m, rad",
             "Desired minus actual pose.",
             column="error",
@@ -230,12 +235,8 @@ class Samples:
     ]
     external_wrench: Annotated[
         Floats,
-        Signal(
-            "object",
-            "coordinate",
-            "N, N, N m",
-            "Force and moment of the pulses.",
-            spatial_unit="N, N, N, N m, N m, N m",
+        _per_coordinate(
+            "N, N, N m", "Force and moment of the pulses.", spatial_unit="N, N, N, N m, N m, N m"
         ),
     ]
     input_rank: Annotated[
@@ -250,9 +251,7 @@ class Samples:
     ]
     controllability: Annotated[
         Floats,
-        Signal(
-            "object",
-            "coordinate",
+        _per_coordinate(
             "1",
             "Fraction of an acceleration that torques can produce independently of the others.",
             of_hand=True,
@@ -260,9 +259,7 @@ class Samples:
     ]
     slip: Annotated[
         Floats,
-        Signal(
-            "contacts",
-            "tangent",
+        _per_tangent(
             "m",
             "Displacement of the fingertip along the face.",
             spatial_text="Displacement of the fingertip along t_x and t_y of its face.",
@@ -270,10 +267,8 @@ class Samples:
             rail_text="Of the fingertip along -t of its face, and of the object along the rail.",
         ),
     ]
-    slip_velocity: Annotated[Floats, Signal("contacts", "tangent", "m/s", "Rate of the slip.")]
-    slip_acceleration: Annotated[
-        Floats, Signal("contacts", "tangent", "m/s²", "Second derivative of the slip.")
-    ]
+    slip_velocity: Annotated[Floats, _per_tangent("m/s", "Rate of the slip.")]
+    slip_acceleration: Annotated[Floats, _per_tangent("m/s²", "Second derivative of the slip.")]
     slip_path: Annotated[
         Floats,
         Signal(
@@ -286,22 +281,16 @@ class Samples:
     ]
     phase: Annotated[
         Phases,
-        Signal(
-            "contacts",
-            "contact",
-            "",
-            "0 stick, 1 slip forward, -1 slip backward.",
-            spatial_text="0 stick, 2 slip.",
+        _per_contact(
+            "", "0 stick, 1 slip forward, -1 slip backward.", spatial_text="0 stick, 2 slip."
         ),
     ]
     believed_phase: Annotated[
-        Phases, Signal("contacts", "contact", "", "The phase the controller acts on.", of_hand=True)
+        Phases, _per_contact("", "The phase the controller acts on.", of_hand=True)
     ]
     tangential_force: Annotated[
         Floats,
-        Signal(
-            "contacts",
-            "tangent",
+        _per_tangent(
             "N",
             "F_x of the fingertip on the object.",
             spatial_text="F_x and F_y of the fingertip on the object, along -t_x and -t_y.",
@@ -311,9 +300,7 @@ class Samples:
     ]
     normal_force: Annotated[
         Floats,
-        Signal(
-            "contacts",
-            "contact",
+        _per_contact(
             "N",
             "F_n of the fingertip on the object, positive in compression.",
             support_text="Force of the support on the body along its normal.",
@@ -322,9 +309,7 @@ class Samples:
     ]
     friction_margin: Annotated[
         Floats,
-        Signal(
-            "contacts",
-            "contact",
+        _per_contact(
             "N",
             "mu F_n - |F_x|, positive inside the cone.",
             spatial_text="mu F_n - |F_t|, positive inside the cone; in the pyramid the smaller of "
@@ -334,9 +319,7 @@ class Samples:
     ]
     friction_coefficient: Annotated[
         Floats,
-        Signal(
-            "contacts",
-            "contact",
+        _per_contact(
             "1",
             "True friction at that time, of stick or of slip.",
             support_text="Friction coefficient at that time, of rest or of sliding.",
@@ -344,77 +327,42 @@ class Samples:
     ]
     joint_position: Annotated[
         Floats,
-        Signal(
-            "joints",
-            "joint",
+        _per_joint(
             "rad",
             "Joint angles, second relative to first; positions of slides.",
             slides_unit="m",
             spatial_text="Yaw, pitch, and pitch relative to the first link; positions of slides.",
-            of_control=True,
         ),
     ]
     joint_velocity: Annotated[
-        Floats,
-        Signal(
-            "joints",
-            "joint",
-            "rad/s",
-            "Their first derivative.",
-            slides_unit="m/s",
-            of_control=True,
-        ),
+        Floats, _per_joint("rad/s", "Their first derivative.", slides_unit="m/s")
     ]
     joint_torque: Annotated[
         Floats,
-        Signal(
-            "joints",
-            "joint",
+        _per_joint(
             "N m",
             "Torque that acts on the joint (for slides: force).",
             column="torque",
             slides_unit="N",
-            of_control=True,
         ),
     ]
     commanded_torque: Annotated[
         Floats,
-        Signal(
-            "joints",
-            "joint",
+        _per_joint(
             "N m",
             "Last torque commanded by the law, before limits and latency (for slides: force).",
             slides_unit="N",
-            of_control=True,
         ),
     ]
     estimates: Annotated[
-        Floats,
-        Signal(
-            "controller",
-            "unknown",
-            "",
-            "Estimates of the unknown parameters.",
-            column="estimate",
-            of_control=True,
-        ),
+        Floats, _per_unknown("Estimates of the unknown parameters.", column="estimate")
     ]
     true_parameters: Annotated[
-        Floats,
-        Signal(
-            "controller",
-            "unknown",
-            "",
-            "True values of the unknowns.",
-            column="true_parameter",
-            of_control=True,
-        ),
+        Floats, _per_unknown("True values of the unknowns.", column="true_parameter")
     ]
     lyapunov_value: Annotated[
         Floats,
-        Signal(
-            "controller",
-            "",
+        _of_law(
             "1",
             "V of Eq. 44.",
             rail_text="V of Eq. 44 for the position and the mass; 0 unless the law is theorem-3.",
@@ -423,20 +371,13 @@ class Samples:
     ]
     grasp_violation: Annotated[
         Floats,
-        Signal(
-            "controller",
-            "",
-            "N",
-            "How far the commanded force leaves the estimated cones.",
-            of_hand=True,
-        ),
+        _of_law("N", "How far the commanded force leaves the estimated cones.", of_hand=True),
     ]
     inertia_condition: Annotated[
-        Floats,
-        Signal("controller", "", "1", "Condition (1-norm) of the reduced inertia.", of_hand=True),
+        Floats, _of_law("1", "Condition (1-norm) of the reduced inertia.", of_hand=True)
     ]
     estimated_inertia_condition: Annotated[
-        Floats, Signal("controller", "", "1", "Condition of its estimate.", of_hand=True)
+        Floats, _of_law("1", "Condition of its estimate.", of_hand=True)
     ]
     diagnostics: Annotated[
         Floats,
@@ -451,54 +392,38 @@ class Samples:
     ]
     kinetic_energy: Annotated[
         Floats,
-        Signal(
-            "energy",
-            "",
-            "J",
-            "Kinetic energy of object and fingers.",
-            support_text="Kinetic energy of the body.",
+        _energy(
+            "Kinetic energy of object and fingers.", support_text="Kinetic energy of the body."
         ),
     ]
     potential_energy: Annotated[
         Floats,
-        Signal(
-            "energy",
-            "",
-            "J",
+        _energy(
             "Potential energy of object and fingers.",
             support_text="Potential energy of the body on the incline.",
         ),
     ]
     supplied_energy: Annotated[
         Floats,
-        Signal(
-            "energy",
-            "",
-            "J",
+        _energy(
             "Work of torques, pulses and timed changes so far.",
             support_text="Work of pulses and timed changes so far.",
         ),
     ]
-    dissipated_energy: Annotated[
-        Floats, Signal("energy", "", "J", "Energy lost to friction so far.")
-    ]
+    dissipated_energy: Annotated[Floats, _energy("Energy lost to friction so far.")]
     spin: Annotated[
         Floats,
-        Signal(
-            "contacts",
-            "pad",
+        _per_pad(
             "rad",
             "Angle by which the fingertip has turned on the face, about the normal into the "
             "object; 0 of a hard point.",
             support_text="Angle by which the body has turned.",
         ),
     ]
-    spin_velocity: Annotated[Floats, Signal("contacts", "pad", "rad/s", "Rate of this angle.")]
+    spin_velocity: Annotated[Floats, _per_pad("rad/s", "Rate of this angle.")]
     torsional_moment: Annotated[
         Floats,
-        Signal(
-            "contacts",
-            "pad",
+        _per_pad(
             "N m",
             "Moment of the fingertip on the object, about the opposite of that normal.",
             support_text="Friction moment of the support on the body.",

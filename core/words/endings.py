@@ -28,17 +28,17 @@ from slipgrasp.core.kernel.loop.status import (
 )
 from slipgrasp.core.scenario import HandScenario, Scenario
 from slipgrasp.core.scenario.chain import margins, range_of
+from slipgrasp.core.scenario.numerics import Simulation
 from slipgrasp.core.scenario.scenario import FreeScenario, of_hand
 from slipgrasp.core.scenario.spatial import SpatialScenario
-from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import Outcome, Reason
-from slipgrasp.core.words.cures import bound_estimates, hold, sample_control
-from slipgrasp.core.words.hints import Hint, Situation, any_of
+from slipgrasp.core.words import ending_hints as suggest
+from slipgrasp.core.words.ending_hints import End, nearest_edge
+from slipgrasp.core.words.hints import Hint
 from slipgrasp.core.words.misbelief import describe_misbelief
-from slipgrasp.core.words.options import Option, lower, lower_all_friction, only_words, raise_
+from slipgrasp.core.words.options import Option
 from slipgrasp.core.words.phrases import joined
-from slipgrasp.core.words.placement import is_far_off
 from slipgrasp.core.words.sliding import reason_of_slide
 
 _SINGULAR_ESTIMATE = 1e6
@@ -58,19 +58,7 @@ class _Finding(NamedTuple):
     limit: float | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _End(Situation):
-    """An end of a run: its state, and the contact or finger responsible, -1 if none."""
-
-    contact: int
-
-    @property
-    def finger_name(self) -> str:
-        """Name of the finger responsible."""
-        return self.scenario.finger_names[self.contact]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class _Ending:
     """Text for a status of the kernel that ends a run.
 
@@ -87,10 +75,10 @@ class _Ending:
 
     outcome: Outcome
     code: str
-    explain: str | Callable[[_End], _Finding]
-    hint: Callable[[_End], Hint]
+    explain: str | Callable[[End], _Finding]
+    hint: Callable[[End], Hint]
     of_one_contact: bool = False
-    by_the_torque: bool = False
+    by_the_torque: bool = True
 
 
 def describe_end(
@@ -109,7 +97,7 @@ def describe_end(
     if isinstance(present, FreeScenario):
         known = _ENDINGS[status]
         return known.outcome, reason_of_slide(status, known.code, present, t, contact)
-    end = _End(start=of_hand(start), scenario=present, last=last, contact=contact)
+    end = End(start=of_hand(start), scenario=present, last=last, contact=contact)
     if status == STEP_UNDERFLOW and _has_singular_model(end):
         status = MODEL_SINGULAR
     ending = _ENDINGS[status]
@@ -200,21 +188,21 @@ def describe_circumstances(
 
 def _end_of(
     reason: Reason, start: HandScenario, present: HandScenario, last: Trace
-) -> tuple[_End, list[_Ending]]:
+) -> tuple[End, list[_Ending]]:
     """The end of a run, and the known endings with its code; none without a last row."""
     contact = -1 if reason.contact is None else reason.contact
-    end = _End(start=start, scenario=present, last=last, contact=contact)
+    end = End(start=start, scenario=present, last=last, contact=contact)
     return end, [each for each in _ENDINGS.values() if each.code == reason.code and len(last)]
 
 
-def _has_singular_model(end: _End) -> bool:
+def _has_singular_model(end: End) -> bool:
     """Whether the law inverts an estimate of the reduced inertia that is singular."""
     return end.law.uses_friction and bool(
         end.last.estimated_inertia_condition[0] > _SINGULAR_ESTIMATE
     )
 
 
-def _describe_weakness(end: _End) -> str:
+def _describe_weakness(end: End) -> str:
     """A clause about a saturated joint; empty if there is none."""
     if end.exhausted is None:
         return ""
@@ -223,7 +211,7 @@ def _describe_weakness(end: _End) -> str:
     return f"a joint reached its limit {key}, {limit:g} {unit}"
 
 
-def _describe_delay(end: _End) -> str:
+def _describe_delay(end: End) -> str:
     """A clause about the delay of torques; empty if it is short."""
     scenario = of_hand(end.scenario)
     controller, sensing = scenario.controller, scenario.sensing
@@ -238,7 +226,7 @@ def _describe_delay(end: _End) -> str:
     return joined(late)
 
 
-def _describe_distribution(end: _End) -> str:
+def _describe_distribution(end: End) -> str:
     """A clause about the large force of a law near a singularity of its distribution."""
     if not end.law.uses_friction or of_hand(end.scenario).controller.distribution != "exact":
         return ""
@@ -251,17 +239,20 @@ def _describe_distribution(end: _End) -> str:
     )
 
 
-def _explain(ending: _Ending, end: _End) -> _Finding:
+def _explain(ending: _Ending, end: End) -> _Finding:
     """Description of the ending."""
     if not isinstance(ending.explain, str):
         return ending.explain(end)
     finger = end.finger_name if end.contact >= 0 else ""
     message = ending.explain.format(finger=finger, **end_blanks(end.scenario))
-    quantity = _QUANTITIES.get(ending.code)
-    return _Finding(message, *quantity(end)) if quantity else _Finding(message)
+    if ending.code == "painleve":
+        return _Finding(message, None, 0.0)
+    reached = _REACHED.get(ending.code)
+    limit = float(reached(end.scenario.simulation)) if reached else None
+    return _Finding(message, limit, limit)
 
 
-def _explain_separation(end: _End) -> _Finding:
+def _explain_separation(end: End) -> _Finding:
     """A normal force that falls to zero, or a contact that the torque can only separate."""
     force = float(end.last.normal_force[0, end.contact]) if end.contact >= 0 else 0.0
     name = f"the {end.finger_name} fingertip" if end.contact >= 0 else "a fingertip"
@@ -272,7 +263,7 @@ def _explain_separation(end: _End) -> _Finding:
     return _Finding(message, force, 0.0)
 
 
-def _explain_left_face(end: _End) -> _Finding:
+def _explain_left_face(end: End) -> _Finding:
     if isinstance(end.scenario, SpatialScenario):
         return _explain_left_edge(end, end.scenario)
     slip = float(end.last.slip[0, end.contact])
@@ -280,8 +271,8 @@ def _explain_left_face(end: _End) -> _Finding:
     return _Finding(message, slip, abs(slip))
 
 
-def _explain_left_edge(end: _End, scenario: SpatialScenario) -> _Finding:
-    number, distance, _ = _nearest_edge(end, scenario)
+def _explain_left_edge(end: End, scenario: SpatialScenario) -> _Finding:
+    number, distance, _ = nearest_edge(end, scenario)
     face, shape = scenario.fingers[end.contact].face, scenario.object.shape
     where = f"edge {number} of {face}"
     if shape == "sphere":
@@ -291,20 +282,7 @@ def _explain_left_edge(end: _End, scenario: SpatialScenario) -> _Finding:
     return _Finding(f"the {end.finger_name} fingertip slid over {where}", distance, 0.0)
 
 
-def _nearest_edge(end: _End, scenario: SpatialScenario) -> tuple[int, float, bool]:
-    """Number of the nearest edge, its distance [m], and whether it lies along the first tangent.
-
-    The first tangent of a side points up: such an edge bounds its width, others bound its height.
-    """
-    at = 2 * end.contact
-    slip = (float(end.last.slip[0, at]), float(end.last.slip[0, at + 1]))
-    edges = edges_of(spatial_contact(scenario.object, scenario.fingers[end.contact]).outline)
-    distances = [a * slip[0] + b * slip[1] + c for a, b, c in edges]
-    number = distances.index(min(distances))
-    return number, distances[number], abs(edges[number][0]) < abs(edges[number][1])
-
-
-def _explain_singular(end: _End) -> _Finding:
+def _explain_singular(end: End) -> _Finding:
     if end.scenario.fingers[end.contact].kind == "chain":
         message = f"the {end.finger_name} finger became singular, or cannot reach its contact"
         return _Finding(message, None, None)
@@ -317,7 +295,7 @@ def _explain_singular(end: _End) -> _Finding:
     return _Finding(f"the {end.finger_name} finger became {became}", angle, 0.0)
 
 
-def _explain_joint_limit(end: _End) -> _Finding:
+def _explain_joint_limit(end: End) -> _Finding:
     joints = of_hand(end.scenario).fingers[end.contact].chain.joints
     count = end.last.shape.joints_per_finger
     moved = end.last.joint_position[0, count * end.contact : count * (end.contact + 1)]
@@ -333,30 +311,19 @@ def _explain_joint_limit(end: _End) -> _Finding:
     return _Finding(message, limit - beyond if side else limit + beyond, limit)
 
 
-def _count_changes(end: _End) -> tuple[float, float]:
-    changes = float(end.scenario.simulation.chatter_changes)
-    return changes, changes
-
-
-def _count_steps(end: _End) -> tuple[float, float]:
-    most = float(end.scenario.simulation.max_steps)
-    return most, most
-
-
-# Offending quantity and limit of endings whose text is a sentence with placeholders.
-_QUANTITIES: dict[str, Callable[[_End], tuple[float | None, float | None]]] = {
-    "chatter": _count_changes,
-    "max_steps": _count_steps,
-    "painleve": lambda _: (None, 0.0),
+# Limit that was reached by endings whose text is a sentence with placeholders.
+_REACHED: dict[str, Callable[[Simulation], float]] = {
+    "chatter": lambda simulation: simulation.chatter_changes,
+    "max_steps": lambda simulation: simulation.max_steps,
 }
 
 
-def _explain_singular_model(end: _End) -> _Finding:
+def _explain_singular_model(end: End) -> _Finding:
     condition = float(end.last.estimated_inertia_condition[0])
     return _Finding("the controller's estimate of the reduced inertia became singular", condition)
 
 
-def _explain_turn(end: _End) -> _Finding:
+def _explain_turn(end: End) -> _Finding:
     tilt = math.hypot(*end.last.tracking_error[0, 3:].tolist())
     message = (
         f"the object turned away from its desired attitude by {LARGEST_TILT:g} rad, where the "
@@ -365,7 +332,7 @@ def _explain_turn(end: _End) -> _Finding:
     return _Finding(message, tilt, LARGEST_TILT)
 
 
-def _explain_stiffness(end: _End) -> _Finding:
+def _explain_stiffness(end: End) -> _Finding:
     condition = float(end.last.estimated_inertia_condition[0])
     message = (
         "the closed loop is too stiff: its average step became too short, "
@@ -375,198 +342,104 @@ def _explain_stiffness(end: _End) -> _Finding:
     return _Finding(message, condition)
 
 
-def _hold_better(end: _End, instead: str = "") -> Hint:
-    return any_of(hold(end), instead=instead)
-
-
-def _stop_before_the_edge(end: _End) -> Hint:
-    return any_of(
-        hold(end),
-        purpose="to stop the slip earlier",
-        instead=f"use a longer face ({_length_of_face(end)})",
-    )
-
-
-def _length_of_face(end: _End) -> str:
-    """The parameter that extends the face at the end where the fingertip left it."""
-    scenario, face = end.scenario, end.scenario.fingers[end.contact].face
-    if not isinstance(scenario, SpatialScenario):
-        return "object.corners" if face.startswith("edge") else _LENGTH_OF_FACE[face]
-    is_side, shape = face.startswith("side"), scenario.object.shape
-    if shape == "sphere" or (shape == "cylinder" and not is_side):
-        return "object.radius"
-    _, _, bounds_width = _nearest_edge(end, scenario)
-    if is_side and not bounds_width:
-        return "object.height"
-    if scenario.object.corners:
-        return "object.corners"
-    along_y = face in ("side-1", "side-3") or (not is_side and bounds_width)
-    return "object.half_depth" if along_y else "object.half_width"
-
-
-_LENGTH_OF_FACE = {
-    "left": "object.face_half_length",
-    "right": "object.face_half_length",
-    "bottom": "object.half_width",
-    "top": "object.half_width",
-}
-
-
-def _stay_within_reach(end: _End) -> Hint:
-    """Another base or motion; a better grip if the object is far from its desired pose."""
-    reach = f"move the base of the {end.finger_name} finger (fingers.{end.contact}.base)"
-    if is_far_off(end.scenario.object, end.last.tracking_error[0].tolist()):
-        return _hold_better(end, instead=reach)
-    words = only_words(reach, "choose a motion within its reach (trajectory)")
-    return any_of(words, risky=hold(end))
-
-
-def _avoid_chatter(end: _End) -> Hint:
-    return any_of(sample_control(end), hold(end))
-
-
-def _allow_a_solution(end: _End) -> Hint:
-    friction = lower_all_friction(end.scenario)
-    return any_of(sample_control(end), hold(end), friction, only_words("change the pose"))
-
-
-def _leave_painleve(end: _End) -> Hint:
-    return any_of(lower_all_friction(end.scenario), hold(end), only_words("change the pose"))
-
-
-def _keep_the_model_regular(end: _End) -> Hint:
-    """Bounds and slower learning, in addition to general suggestions for holding."""
-    slower = [hint for key in end.law.learns_with for hint in lower(end.scenario, key)]
-    return any_of(hold(end), bound_estimates(end), slower, otherwise="change the pose")
-
-
-def _calm_the_loop(end: _End) -> Hint:
-    smaller = (lower(end.scenario, key) for key in end.law.gains)
-    return any_of(*smaller, sample_control(end), hold(end))
-
-
-def _pass_the_instant(end: _End) -> Hint:
-    return any_of(only_words("change simulation.relative_tolerance a little"), sample_control(end))
-
-
-def _take_fewer_steps(end: _End) -> Hint:
-    return any_of(
-        raise_(end.scenario, "simulation.max_steps"), lower(end.scenario, "simulation.duration")
-    )
-
-
 _ENDINGS = {
     SEPARATED: _Ending(
-        outcome=Outcome.SEPARATED,
-        code="contact_separation",
-        explain=_explain_separation,
-        hint=_hold_better,
+        Outcome.SEPARATED,
+        "contact_separation",
+        _explain_separation,
+        suggest.hold_better,
         of_one_contact=True,
-        by_the_torque=True,
     ),
     LEFT_FACE: _Ending(
-        outcome=Outcome.LEFT_FACE,
-        code="contact_left_face",
-        explain=_explain_left_face,
-        hint=_stop_before_the_edge,
+        Outcome.LEFT_FACE,
+        "contact_left_face",
+        _explain_left_face,
+        suggest.stop_before_the_edge,
         of_one_contact=True,
-        by_the_torque=True,
     ),
     SINGULAR: _Ending(
-        outcome=Outcome.SINGULAR,
-        code="singular_jacobian",
-        explain=_explain_singular,
-        hint=_stay_within_reach,
+        Outcome.SINGULAR,
+        "singular_jacobian",
+        _explain_singular,
+        suggest.stay_within_reach,
         of_one_contact=True,
+        by_the_torque=False,
     ),
     JOINT_LIMIT: _Ending(
-        outcome=Outcome.SINGULAR,
-        code="joint_limit",
-        explain=_explain_joint_limit,
-        hint=_stay_within_reach,
+        Outcome.SINGULAR,
+        "joint_limit",
+        _explain_joint_limit,
+        suggest.stay_within_reach,
         of_one_contact=True,
+        by_the_torque=False,
     ),
     CHATTERING: _Ending(
-        outcome=Outcome.CHATTERING,
-        code="chatter",
-        explain="the contacts chattered: {changes} phase changes within {window} s",
-        hint=_avoid_chatter,
-        by_the_torque=True,
+        Outcome.CHATTERING,
+        "chatter",
+        "the contacts chattered: {changes} phase changes within {window} s",
+        suggest.avoid_chatter,
     ),
     INCONSISTENT: _Ending(
-        outcome=Outcome.INCONSISTENT,
-        code="no_consistent_phase",
-        explain="no combination of stick and slip is consistent with the torque",
-        hint=_allow_a_solution,
-        by_the_torque=True,
+        Outcome.INCONSISTENT,
+        "no_consistent_phase",
+        "no combination of stick and slip is consistent with the torque",
+        suggest.allow_a_solution,
     ),
     PAINLEVE: _Ending(
-        outcome=Outcome.DIVERGED,
-        code="painleve",
-        explain=("the reduced inertia is singular: friction is too high for this pose (Painlevé)"),
-        hint=_leave_painleve,
+        Outcome.DIVERGED,
+        "painleve",
+        "the reduced inertia is singular: friction is too high for this pose (Painlevé)",
+        suggest.leave_painleve,
+        by_the_torque=False,
     ),
     MODEL_SINGULAR: _Ending(
-        outcome=Outcome.DIVERGED,
-        code="model_estimate_singular",
-        explain=_explain_singular_model,
-        hint=_keep_the_model_regular,
-        by_the_torque=True,
+        Outcome.DIVERGED,
+        "model_estimate_singular",
+        _explain_singular_model,
+        suggest.keep_the_model_regular,
     ),
     TORQUE_NOT_FINITE: _Ending(
-        outcome=Outcome.DIVERGED,
-        code="nonfinite_torque",
-        explain="the torque that the control law commands is not finite",
-        hint=_keep_the_model_regular,
-        by_the_torque=True,
+        Outcome.DIVERGED,
+        "nonfinite_torque",
+        "the torque that the control law commands is not finite",
+        suggest.keep_the_model_regular,
     ),
-    TURNED_TOO_FAR: _Ending(
-        outcome=Outcome.DIVERGED,
-        code="turned_too_far",
-        explain=_explain_turn,
-        hint=_hold_better,
-        by_the_torque=True,
-    ),
+    TURNED_TOO_FAR: _Ending(Outcome.DIVERGED, "turned_too_far", _explain_turn, suggest.hold_better),
     STEP_UNDERFLOW: _Ending(
-        outcome=Outcome.DIVERGED,
-        code="step_underflow",
-        explain="no step of the integration is small enough: the closed loop diverges",
-        hint=_calm_the_loop,
-        by_the_torque=True,
+        Outcome.DIVERGED,
+        "step_underflow",
+        "no step of the integration is small enough: the closed loop diverges",
+        suggest.calm_the_loop,
     ),
     UNBOUNDED_FORCE: _Ending(
-        outcome=Outcome.DIVERGED,
-        code="unbounded_grasp_force",
-        explain=(
+        Outcome.DIVERGED,
+        "unbounded_grasp_force",
+        (
             "the control law commands grasp forces that grow without bound, at the limit where its "
             "friction cones become or cease to be satisfiable,"
         ),
-        hint=_calm_the_loop,
-        by_the_torque=True,
+        suggest.calm_the_loop,
     ),
-    STIFF: _Ending(
-        outcome=Outcome.DIVERGED,
-        code="stiff_loop",
-        explain=_explain_stiffness,
-        hint=_calm_the_loop,
-        by_the_torque=True,
-    ),
+    STIFF: _Ending(Outcome.DIVERGED, "stiff_loop", _explain_stiffness, suggest.calm_the_loop),
     NOT_FINITE: _Ending(
-        outcome=Outcome.DIVERGED,
-        code="nonfinite_state",
-        explain="the closed loop diverges: a quantity is no longer finite",
-        hint=_calm_the_loop,
+        Outcome.DIVERGED,
+        "nonfinite_state",
+        "the closed loop diverges: a quantity is no longer finite",
+        suggest.calm_the_loop,
+        by_the_torque=False,
     ),
     EVENT_STALL: _Ending(
-        outcome=Outcome.LIMIT,
-        code="event_stall",
-        explain="events repeat at one instant without progress in time",
-        hint=_pass_the_instant,
+        Outcome.LIMIT,
+        "event_stall",
+        "events repeat at one instant without progress in time",
+        suggest.pass_the_instant,
+        by_the_torque=False,
     ),
     MAX_STEPS: _Ending(
-        outcome=Outcome.LIMIT,
-        code="max_steps",
-        explain="the limit of {most_steps} steps was reached",
-        hint=_take_fewer_steps,
+        Outcome.LIMIT,
+        "max_steps",
+        "the limit of {most_steps} steps was reached",
+        suggest.take_fewer_steps,
+        by_the_torque=False,
     ),
 }

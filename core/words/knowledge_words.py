@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.knowledge import Knowledge, knowledge_of
 from slipgrasp.core.scenario.unknowns import mass_keys, name_unknown
-from slipgrasp.core.words.phrases import joined
+from slipgrasp.core.words.phrases import joined, some_of
 
 _KINDS = (
     ("friction", re.compile(r"fingers\.\d+\.friction")),
@@ -97,9 +97,9 @@ def _names(scenario: Scenario, keys: Sequence[str]) -> Iterator[str]:
         fingers = sorted({int(key.split(".")[1]) for key in members if key.startswith("fingers.")})
         which = [names[i] for i in fingers]
         if kind in ("friction", "static friction"):
-            yield f"the {kind} of {_some(which, count, 'fingertip')}"
+            yield f"the {kind} of {some_of(which, count, 'fingertip')}"
         elif kind == "joint friction":
-            yield f"the friction of the joints of {_some(which, count, 'finger')}"
+            yield f"the friction of the joints of {some_of(which, count, 'finger')}"
         elif kind == "link lengths":
             yield "the lengths of the links"
         elif kind == "link masses":
@@ -108,13 +108,6 @@ def _names(scenario: Scenario, keys: Sequence[str]) -> Iterator[str]:
             yield from ["the mass and inertia of the object"] * (kind == "mass")
         else:
             yield from (name_unknown(scenario, key) for key in members)
-
-
-def _some(names: Sequence[str], total: int, noun: str) -> str:
-    """Names of some of the fingers or fingertips."""
-    if len(names) == total:
-        return f"{'both' if total == 2 else 'all'} {noun}s"
-    return f"the {joined(names)} {noun}{'s' if len(names) > 1 else ''}"
 
 
 def _link_masses(scenario: Scenario, keys: Sequence[str]) -> Iterator[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.custom_laws import law_of
-from slipgrasp.core.scenario.unknowns import name_unknown, parse_unknown, unit_of_unknown
+from slipgrasp.core.scenario.unknowns import name_unknown, unit_of_unknown, unknown_of
 from slipgrasp.core.trace.trace import Trace
 
 _WORTH_TELLING = math.log(1.3)
@@ -66,7 +66,7 @@ def worst_beliefs(
     """
     uses_friction = of_friction and law_of(scenario.controller.kind).uses_friction
     ignored = {"friction": not uses_friction, "object_inertia": not turns}
-    kinds = [_kind(scenario, estimate.parameter) for estimate in scenario.estimates]
+    kinds = [unknown_of(scenario, estimate.parameter).kind for estimate in scenario.estimates]
     distances = [_distance(*pair) for pair in zip(believed, true, strict=True)]
     far = [
         k
@@ -75,12 +75,6 @@ def worst_beliefs(
     ]
     far.sort(key=lambda k: -distances[k])
     return [k for k in far if kinds[k] == kinds[far[0]]]
-
-
-def _kind(scenario: Scenario, key: str) -> str:
-    unknown = parse_unknown(scenario, key)
-    assert unknown is not None, "validated scenarios name only what can be estimated"
-    return unknown.kind
 
 
 def _distance(believed: float, true: float) -> float:

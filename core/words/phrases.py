@@ -18,6 +18,19 @@ def joined(words: Sequence[str], last: str = "and") -> str:
     return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
+def some_of(names: Sequence[str], total: int, noun: str) -> str:
+    """Names of some of the fingers or fingertips: ``both fingers``, ``the left fingertip``.
+
+    Args:
+        names: Their names.
+        total: Number of fingers of the hand.
+        noun: ``finger`` or ``fingertip``.
+    """
+    if len(names) == total > 1:
+        return f"{'both' if total == 2 else 'all'} {noun}s"
+    return f"the {joined(names)} {noun}{'s' if len(names) > 1 else ''}"
+
+
 def sentence(text: str) -> str:
     """Adds a capital letter and a full stop."""
     return text[:1].upper() + text[1:].rstrip(".") + "." if text else ""

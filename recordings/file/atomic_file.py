@@ -86,6 +86,27 @@ def part_of(path: Path) -> Path:
     return path.with_name(path.name + PART_SUFFIX)
 
 
+def open_locked(path: Path, busy: str) -> BinaryIO:
+    """Opens a file for reading and writing, creates it if it is missing, and locks it.
+
+    Args:
+        path: The file.
+        busy: Message if another process has locked it.
+
+    Raises:
+        RecordingBusyError: If another process has locked it.
+        OSError: If it cannot be opened.
+    """
+    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
+    stream = os.fdopen(os.open(path, flags, 0o666), "r+b")
+    # Without locks in the file system, only one service per folder prevents conflicts.
+    with suppress(OSError):
+        if not try_lock(stream):
+            stream.close()
+            raise RecordingBusyError(path, busy)
+    return stream
+
+
 def lock_in_place(stream: BinaryIO, path: Path) -> bool:
     """Locks an open file; False if it is locked, renamed or deleted by another process.
 

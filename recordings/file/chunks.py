@@ -13,7 +13,7 @@ from slipgrasp.core.trace.ticks import Ticks
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import PhaseChange
 from slipgrasp.recordings.file.container import ChannelBlock, McapContainer
-from slipgrasp.recordings.file.foxglove import DisplayLayout, FrameClock
+from slipgrasp.recordings.file.foxglove.layouts import DisplayLayout, FrameClock
 from slipgrasp.recordings.file.packing import MessageLayout
 from slipgrasp.recordings.file.schemas import (
     CHECKPOINTS,

@@ -89,15 +89,26 @@ class McapContainer:
         """Number of written messages by channel id."""
         return dict(self._counts)
 
-    def add_schema(self, schema: Schema) -> None:
-        """Writes a schema; its channels follow."""
-        self._schemas.append(schema)
-        self._write(_to_bytes(schema))
+    def add_topic(self, topic: str, schema: Schema, metadata: dict[str, str]) -> None:
+        """Writes a schema, and a channel with the same id; its messages follow.
 
-    def add_channel(self, channel: Channel) -> None:
-        """Writes a channel; its messages follow."""
+        Args:
+            topic: Topic of the channel.
+            schema: Schema of the messages.
+            metadata: Metadata of the channel.
+        """
+        encoding = "json" if schema.encoding == "jsonschema" else schema.encoding
+        channel = Channel(
+            id=schema.id,
+            topic=topic,
+            message_encoding=encoding,
+            schema_id=schema.id,
+            metadata=metadata,
+        )
+        self._schemas.append(schema)
         self._channels.append(channel)
         self._counts[channel.id] = 0
+        self._write(_to_bytes(schema))
         self._write(_to_bytes(channel))
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:

@@ -34,7 +34,7 @@ from slipgrasp.recordings.file.documents import (
     read_stop,
     stop_is_unchanged,
 )
-from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
+from slipgrasp.recordings.file.foxglove.layouts import DISPLAY_RATE
 from slipgrasp.recordings.file.schemas import (
     CHECKPOINTS,
     PHASE_CHANGES,

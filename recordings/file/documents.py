@@ -94,7 +94,7 @@ def start_document(
 
 def read_provenance(start: Mapping[str, str]) -> Provenance:
     """The program that computed the run; format 1 did not store the kernel."""
-    law = _read(LawIdentity, start["law"]) if "law" in start else None
+    law = read_as(LawIdentity, start["law"]) if "law" in start else None
     return Provenance(program=start["program"], kernel=start.get("kernel", ""), law=law)
 
 
@@ -114,7 +114,7 @@ def read_shape(start: Mapping[str, str]) -> TraceShape:
     unknowns = tuple(map(str, parse_json(start["unknowns"])))
     if not 1 <= num_contacts <= MAX_FINGERS or len(unknowns) > MAX_UNKNOWNS:
         raise ValueError("more contacts or unknowns than a scenario can have")
-    diagnostics = _read(tuple[Diagnostic, ...], start.get("diagnostics", "[]"))
+    diagnostics = read_as(tuple[Diagnostic, ...], start.get("diagnostics", "[]"))
     if len(diagnostics) > MAX_DIAGNOSTICS:
         raise ValueError("more diagnostics than a law can have")
     space = next(space for space, entry in _SPACE_ENTRY.items() if entry.items() <= start.items())
@@ -206,18 +206,18 @@ def read_stop(document: Mapping[str, str], later: Mapping[str, Any]) -> Ending:
     """
     return Ending(
         outcome=Outcome(document["outcome"]),
-        reason=_read(Reason | None, document["reason"]),
-        warnings=_read(tuple[RunWarning, ...], document["warnings"]),
+        reason=read_as(Reason | None, document["reason"]),
+        warnings=read_as(tuple[RunWarning, ...], document["warnings"]),
         metrics=_read_metrics(document["metrics"], later),
-        counts=_read(dict[str, int], document["counts"]),
+        counts=read_as(dict[str, int], document["counts"]),
         state_hash=document.get("state_hash", ""),
     )
 
 
 def _read_metrics(text: str, later: Mapping[str, Any]) -> Metrics:
     if later:
-        text = _to_json({**later, **_read(dict[str, Any], text)})
-    return _read(Metrics, text)
+        text = _to_json({**later, **read_as(dict[str, Any], text)})
+    return read_as(Metrics, text)
 
 
 def stop_is_unchanged(stop: Mapping[str, str], documents: bytes) -> bool:
@@ -243,8 +243,12 @@ def _read_integer(digits: str) -> int | float:
     return int(digits) if len(digits) <= _MAX_DIGITS else math.inf
 
 
-def _read(kind: Any, text: str) -> Any:
-    """Converts untrusted JSON to a type."""
+def read_as(kind: Any, text: str) -> Any:
+    """Converts untrusted JSON to a type.
+
+    Raises:
+        ValueError: If it is not JSON of this type, or contains a number that is not finite.
+    """
     reader = _reader_of(kind)
     value = reader.validate_python(parse_json(text))
     _check_writable(reader.dump_python(value))

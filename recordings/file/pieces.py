@@ -17,9 +17,7 @@ from slipgrasp.core.trace.types import PhaseChange
 from slipgrasp.recordings.file.contents import Contents
 from slipgrasp.recordings.file.packing import MessageLayout
 from slipgrasp.recordings.file.reader import Reading, TopicColumns, open_recording
-from slipgrasp.recordings.file.schemas import SAMPLE_TOPICS, TICKS, Topic, gives_times
-
-_TIME_FIELD = "t"
+from slipgrasp.recordings.file.schemas import CHECKPOINTS, PHASE_CHANGES, Topic, kept_fields
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,12 +135,6 @@ class _PieceReading(Reading):
         self._signals = signals
 
     def _columns_for(self, topic: Topic, layout: MessageLayout) -> TopicColumns:
-        if self._signals is None:
+        if self._signals is None or topic.name in (PHASE_CHANGES.name, CHECKPOINTS.name):
             return TopicColumns(layout)
-        if topic.name == TICKS.name:
-            return TopicColumns(layout, ())
-        if topic.name not in {each.name for each in SAMPLE_TOPICS}:
-            return TopicColumns(layout)
-        kept = [field.name for field in topic.fields if field.name in self._signals]
-        has_times = kept or gives_times(topic, self._signals)
-        return TopicColumns(layout, [_TIME_FIELD, *kept] if has_times else ())
+        return TopicColumns(layout, kept_fields(topic, self._signals))

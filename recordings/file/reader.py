@@ -282,7 +282,9 @@ class Reading:
                 yield self._contents(self._take_columns())
         yield self._contents(self._take_columns())
 
-    def _records(self, should_stop: Callable[[], bool]) -> Iterator[McapRecord | ChannelMessages]:
+    def _records(
+        self, should_stop: Callable[[], bool] = lambda: False
+    ) -> Iterator[McapRecord | ChannelMessages]:
         records = self._scanner.records()
         self._check_header(next(records))
         for record in records:
@@ -309,10 +311,7 @@ class Reading:
 
     def outline(self) -> tuple[TraceShape, int]:
         """The shape of the trace and the format of the file, without decompression."""
-        records = self._scanner.records()
-        self._check_header(next(records))
-        for record in records:
-            self._take(record)
+        for _ in self._records():
             if self._shape is not None:
                 return self._shape, self._version
         raise self._damaged("its start document is missing")

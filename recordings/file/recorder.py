@@ -26,7 +26,7 @@ from slipgrasp.recordings.exceptions import (
     RecordingWriteError,
 )
 from slipgrasp.recordings.file.atomic_file import part_of
-from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
+from slipgrasp.recordings.file.foxglove.layouts import DISPLAY_RATE
 from slipgrasp.recordings.file.reader import read_unfinished
 from slipgrasp.recordings.file.writer import RecordingWriter
 

@@ -112,6 +112,10 @@ class RecordScanner:
         is_needed: Whether to decompress a chunk; always if None.
         unfinished: Whether the file may be incomplete; its end then counts as damage.
         max_record_bytes: Largest size of a record other than a chunk.
+
+    Attributes:
+        index: Stated content, known before the first record; None if unfinished.
+        offset: Number of bytes read so far.
     """
 
     def __init__(
@@ -133,7 +137,7 @@ class RecordScanner:
         self._tail = 0 if unfinished else _TAIL_BYTES
         self._max_record_bytes = max_record_bytes
         self._size = os.fstat(stream.fileno()).st_size
-        self._offset = 0
+        self.offset = 0
         self._checksum = 0
         self._counts: Counter[type] = Counter()
         self._message_counts: Counter[int] = Counter()
@@ -142,17 +146,7 @@ class RecordScanner:
         self._has_skipped = False
         self._indexes_left = 0
         self._unpacked_left = MAX_UNPACKED_PER_BYTE * self._size + UNPACKED_TO_SPARE
-        self._index: StatedIndex | None = None
-
-    @property
-    def index(self) -> StatedIndex | None:
-        """Stated content, known before the first record; None if unfinished."""
-        return self._index
-
-    @property
-    def offset(self) -> int:
-        """Number of bytes read so far."""
-        return self._offset
+        self.index: StatedIndex | None = None
 
     def records(self) -> Iterator[McapRecord | ChannelMessages]:
         """Yields header, schemas, channels, attachments, metadata and blocks of messages.
@@ -200,9 +194,9 @@ class RecordScanner:
         if self._size < len(MAGIC) + _TAIL_BYTES or self._stream.read() != MAGIC:
             finding = "its end is missing; 'slipgrasp recover' recovers its content"
             raise self._damaged(finding)
-        self._index = self._read_index()
-        self._check_unpacked(self._index.unpacked_bytes or 0)
-        self._stream.seek(self._offset)
+        self.index = self._read_index()
+        self._check_unpacked(self.index.unpacked_bytes or 0)
+        self._stream.seek(self.offset)
 
     def _read_index(self) -> StatedIndex:
         """Reads the index first, so that excessive claims are rejected before decompression."""
@@ -249,11 +243,11 @@ class RecordScanner:
             )
 
     def _next_record(self) -> tuple[int, bytes]:
-        if self._size - self._offset < _RECORD_HEAD.size + self._tail:
+        if self._size - self.offset < _RECORD_HEAD.size + self._tail:
             raise self._damaged("its data end too early")
         opcode, length = _RECORD_HEAD.unpack(self._read(_RECORD_HEAD.size))
         limit = 2 * MAX_CHUNK_BYTES if opcode == Opcode.CHUNK else self._max_record_bytes
-        if length > min(limit, self._size - self._offset - self._tail):
+        if length > min(limit, self._size - self.offset - self._tail):
             raise self._damaged(f"a record claims to be {length} bytes long")
         return opcode, self._read(length)
 
@@ -261,7 +255,7 @@ class RecordScanner:
         data = self._stream.read(length)
         if len(data) != length:
             raise self._damaged("it became shorter while it was read")
-        self._offset += length
+        self.offset += length
         self._checksum = zlib.crc32(data, self._checksum)
         return data
 
@@ -325,7 +319,7 @@ class RecordScanner:
         heads = np.ascontiguousarray(records[:, : MESSAGE_HEAD.itemsize]).view(MESSAGE_HEAD)[:, 0]
         channel, count = int(heads["channel"][0]), len(records)
         self._message_counts[channel] += count
-        if self._index and self._message_counts[channel] > self._index.message_counts[channel]:
+        if self.index and self._message_counts[channel] > self.index.message_counts[channel]:
             raise self._damaged("its number of messages differs from its index")
         if not self._is_ours(channel):
             self._num_unwanted += count
@@ -368,12 +362,12 @@ class RecordScanner:
         """Compares checksums (0 means none), and the index with the content."""
         if data_end.data_section_crc not in (0, checksum):
             raise self._damaged("the checksum of its data does not match")
-        if self._index is None:
+        if self.index is None:
             return
-        if self._index.start != self._offset:
+        if self.index.start != self.offset:
             raise self._damaged("the checksum of its index does not match")
-        has_all = self._has_skipped or self._message_counts == self._index.message_counts
-        if not has_all or self._counts[Attachment] != self._index.num_attachments:
+        has_all = self._has_skipped or self._message_counts == self.index.message_counts
+        if not has_all or self._counts[Attachment] != self.index.num_attachments:
             raise self._damaged("its number of messages differs from its index")
 
     def _damaged(self, finding: str) -> DamagedRecordingError:

@@ -115,13 +115,18 @@ def _field(signal: Signal, version: int) -> Field:
 _OF_HANDS = frozenset(signal.name for signal in SIGNALS if signal.of_hand or signal.of_control)
 
 
-def gives_times(topic: Topic, wanted: frozenset[str]) -> bool:
-    """Whether a topic gives the times of samples although it has none of the wanted signals.
+def kept_fields(topic: Topic, signals: frozenset[str]) -> list[str]:
+    """The fields of a sample topic to read for some signals: these and the times, or none.
 
     Every sample topic has the times. The first one, which all kinds of scenarios have, gives them
     if the others may be missing: if no signal is wanted, or only signals of hands.
     """
-    return topic.name == SAMPLE_TOPICS[0].name and wanted <= _OF_HANDS
+    if topic.name not in {each.name for each in SAMPLE_TOPICS}:
+        return []
+    wanted = signals - {TIME_SIGNAL.name}
+    kept = [field.name for field in topic.fields if field.name in wanted]
+    gives_times = topic.name == SAMPLE_TOPICS[0].name and wanted <= _OF_HANDS
+    return ["t", *kept] if kept or gives_times else []
 
 
 def signals_of(topic: Topic) -> tuple[Signal, ...]:

@@ -22,15 +22,9 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.file.packing import MessageLayout
 from slipgrasp.recordings.file.reader import Reading, TopicColumns, open_recording
 from slipgrasp.recordings.file.scan import ChannelMessages
-from slipgrasp.recordings.file.schemas import (
-    TIME_SIGNAL,
-    Topic,
-    gives_times,
-    signals_in,
-)
+from slipgrasp.recordings.file.schemas import Topic, kept_fields, signals_in
 
 _NANOSECONDS = 1e9
-_TIME_FIELD = "t"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,10 +91,7 @@ class _SegmentReading(Reading):
         self._next: Counter[int] = Counter()
 
     def _columns_for(self, topic: Topic, layout: MessageLayout) -> TopicColumns:
-        wanted = self._segment.signals - {TIME_SIGNAL.name}
-        kept = [field.name for field in topic.fields if field.name in wanted]
-        has_times = kept or gives_times(topic, wanted)
-        return TopicColumns(layout, [_TIME_FIELD, *kept] if has_times else ())
+        return TopicColumns(layout, kept_fields(topic, self._segment.signals))
 
     def _take_messages(self, messages: ChannelMessages) -> None:
         self._check_amount()
@@ -109,6 +100,6 @@ class _SegmentReading(Reading):
         self._next[messages.channel] = messages.sequences[-1] + 1
         columns = self._channels[messages.channel]
         block = self._unpacked(messages, columns.layout)
-        times = block[_TIME_FIELD]
+        times = block["t"]
         inside = (times >= self._segment.start) & (times <= self._segment.end)
         columns.append({name: values[inside] for name, values in block.items()})

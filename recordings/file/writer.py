@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from os import PathLike
 from pathlib import Path
-from types import TracebackType
-from typing import BinaryIO, Self
+from typing import Any, BinaryIO, Self
 
 import numpy as np
-from mcap.records import Channel, Schema
+from mcap.records import Schema
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.provenance import Provenance, present_provenance
@@ -41,7 +40,7 @@ from slipgrasp.recordings.file.documents import (
     start_document,
     stop_document,
 )
-from slipgrasp.recordings.file.foxglove import (
+from slipgrasp.recordings.file.foxglove.layouts import (
     DISPLAY_RATE,
     DisplayLayout,
     FrameClock,
@@ -155,13 +154,8 @@ class RecordingWriter:
             self._stack = stack.pop_all()
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self._stack.__exit__(kind, error, traceback)
+    def __exit__(self, *error: Any) -> None:
+        self._stack.__exit__(*error)
 
     @property
     def samples_per_chunk(self) -> int:
@@ -288,16 +282,8 @@ class RecordingWriter:
     def _register(
         self, number: int, topic: str, name: str, schema: bytes, metadata: dict[str, str]
     ) -> None:
-        self._container.add_schema(Schema(id=number, name=name, encoding="protobuf", data=schema))
-        self._container.add_channel(
-            Channel(
-                id=number,
-                topic=topic,
-                message_encoding="protobuf",
-                schema_id=number,
-                metadata=metadata,
-            )
-        )
+        described = Schema(id=number, name=name, encoding="protobuf", data=schema)
+        self._container.add_topic(topic, described, metadata)
         self._channels[topic] = number
 
     def _write_chunk(self, rows: NDArray[np.float64]) -> None:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,9 +17,8 @@ from slipgrasp.recordings.exceptions import (
 )
 from slipgrasp.recordings.fit.request import FitRequest
 from slipgrasp.recordings.fit.run_fit import JOURNAL_SUFFIX, report_path
-from slipgrasp.recordings.store.identifiers import ID, IdSource
-from slipgrasp.recordings.store.run_files import iso_time
-from slipgrasp.recordings.store.sidecars import Sidecars
+from slipgrasp.recordings.store.identifiers import ID
+from slipgrasp.recordings.store.job_store import JobStore, StoredJob
 from slipgrasp.recordings.store.store import RecordingStore
 
 FITS_FOLDER = "fits"
@@ -32,10 +29,7 @@ EndState = Literal["completed", "cancelled", "failed"]
 class FitNotFoundError(RecordingNotFoundError):
     """The fit does not exist."""
 
-    def __init__(self, fit_id: str) -> None:
-        super().__init__(fit_id)
-        shown = "".join(c if c.isprintable() else "?" for c in fit_id[:100])
-        self.args = (f"there is no fit '{shown}'",)
+    noun = "fit"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,29 +48,24 @@ class FitEnd:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StoredFit:
+class StoredFit(StoredJob):
     """A fit in the store.
 
     Attributes:
-        id: Its id, twelve letters and digits.
-        created: When it was requested, ISO 8601 in UTC.
         request: Request of the fit.
         end: Its end; None while it is unfinished.
-        idempotency_key: Idempotency key of its request; may be empty.
-        request_digest: Digest of that request.
-        finding: Reason why it cannot be read; always empty.
     """
 
-    id: str
-    created: str
     request: FitRequest
     end: FitEnd | None = None
-    idempotency_key: str = ""
-    request_digest: str = ""
-    finding: str = ""
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether its numbers are valid."""
+        return self.end is None or self.end.evaluations >= 0
 
 
-class FitStore:
+class FitStore(JobStore[StoredFit]):
     """Stores fits in a folder of the data directory.
 
     Args:
@@ -84,11 +73,10 @@ class FitStore:
         runs: The runs.
     """
 
+    noun = "fit"
+
     def __init__(self, data_directory: Path, runs: RecordingStore) -> None:
-        self._folder = data_directory / FITS_FOLDER
-        self.runs = runs
-        self._ids = IdSource()
-        self._sidecars: Sidecars[StoredFit] = Sidecars(self._folder, StoredFit, _is_possible)
+        super().__init__(data_directory / FITS_FOLDER, runs, StoredFit)
 
     def create(
         self, request: FitRequest, *, idempotency_key: str = "", request_digest: str = ""
@@ -100,20 +88,14 @@ class FitStore:
             StorageFullError: If there is no space.
         """
         self.runs.check_space()
-        now = datetime.now(UTC)
-        stored = StoredFit(
-            id=self._ids.new(now),
-            created=iso_time(now),
-            request=request,
-            idempotency_key=idempotency_key,
-            request_digest=request_digest,
-        )
+        new: dict[str, Any] = self._new(idempotency_key, request_digest)
+        stored = StoredFit(**new, request=request)
         folder = self.study_path(stored.id).parent
         try:
             folder.mkdir(parents=True)
         except OSError as error:
             raise RecordingWriteError(folder, error.strerror or "no folder") from error
-        self._sidecars.write(stored)
+        self._write_sidecar(stored)
         return stored
 
     def get(self, fit_id: str) -> StoredFit:
@@ -122,25 +104,10 @@ class FitStore:
         Raises:
             FitNotFoundError: If it does not exist, for any form of the id.
         """
-        stored = self._sidecars.read(fit_id) if ID.fullmatch(fit_id) else None
+        stored = self._read_sidecar(fit_id) if ID.fullmatch(fit_id) else None
         if stored is None:
             raise FitNotFoundError(fit_id)
         return stored
-
-    def list(self, offset: int = 0, limit: int | None = None) -> tuple[list[StoredFit], int]:
-        """Fits, newest first, and their number."""
-        ids = self._list_ids()
-        end = None if limit is None else offset + limit
-        return [*self._read_all(ids[offset:end])], len(ids)
-
-    def find_by_key(self, idempotency_key: str) -> StoredFit | None:
-        """The fit that was requested with a key; None if there is none."""
-        fits = self._read_all(self._list_ids())
-        return next((fit for fit in fits if fit.idempotency_key == idempotency_key), None)
-
-    def unfinished(self) -> list[StoredFit]:
-        """The fits that are not finished, oldest first."""
-        return [fit for fit in self._read_all(self._list_ids()) if fit.end is None][::-1]
 
     def used_recordings(self) -> set[str]:
         """The recordings that fits still need."""
@@ -150,7 +117,7 @@ class FitStore:
     def note_end(self, stored: StoredFit, end: FitEnd) -> StoredFit:
         """Stores the end of a fit; for a fit without report, only the request is kept."""
         ended = replace(stored, end=end)
-        self._sidecars.write(ended)
+        self._write_sidecar(ended)
         if end.state != "completed":
             self._journal(stored.id).unlink(missing_ok=True)
         return ended
@@ -164,7 +131,7 @@ class FitStore:
         """
         self.get(fit_id)
         try:
-            self._sidecars.path_of(fit_id).unlink()
+            self._sidecar(fit_id).unlink()
             shutil.rmtree(self.study_path(fit_id).parent)
         except FileNotFoundError:
             pass
@@ -206,16 +173,5 @@ class FitStore:
         path = self.study_path(fit_id)
         return path.with_name(path.name + JOURNAL_SUFFIX)
 
-    def _list_ids(self) -> list[str]:
-        ids = (path.stem for path in self._folder.glob("*.json"))
-        return sorted(filter(ID.fullmatch, ids), reverse=True)
-
-    def _read_all(self, ids: list[str]) -> Iterator[StoredFit]:
-        for fit_id in ids:
-            # A fit may be deleted at the same time.
-            with suppress(FitNotFoundError):
-                yield self.get(fit_id)
-
-
-def _is_possible(stored: StoredFit) -> bool:
-    return stored.end is None or stored.end.evaluations >= 0
+    def _find_names(self) -> Iterator[str]:
+        return (path.stem for path in self._folder.glob("*.json"))

@@ -12,19 +12,18 @@ import json
 import os
 import time
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
 
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.fit.problem import FitProblem
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import run_to_end
 from slipgrasp.core.study.definition import apply_values
 from slipgrasp.core.trace.signals import Floats
 from slipgrasp.recordings.exceptions import RecordingBusyError, RecordingWriteError
+from slipgrasp.recordings.file.atomic_file import open_locked
 from slipgrasp.recordings.study.study_row import (
     RunHash,
     StudyRow,
@@ -61,10 +60,7 @@ class Journal:
 
     def __enter__(self) -> Self:
         try:
-            self._stream = os.fdopen(os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666), "r+b")
-            if not try_lock(self._stream):
-                self._stream.close()
-                raise RecordingBusyError(self._path, "another fit is writing it")
+            self._stream = open_locked(self._path, "another fit is writing it")
             try:
                 self._read()
             except BaseException:
@@ -74,12 +70,7 @@ class Journal:
             raise self._failed(error) from error
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._stream.close()
 
     def delete(self) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from os import PathLike
@@ -25,7 +24,6 @@ from slipgrasp.recordings.file.atomic_file import atomic_file
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.fit.journal import Journal, JournaledRuns
 from slipgrasp.recordings.measured.recording import is_measured, read_measured
-from slipgrasp.recordings.study.documents import StudyEnd
 from slipgrasp.recordings.study.study_row import StudyRow
 from slipgrasp.recordings.study.writer import StudyWriter
 
@@ -146,8 +144,7 @@ def _write_study(
         # Files written before a kill exist already.
         for start in range(writer.num_rows, len(rows), 20):
             writer.add(rows[start : start + 20])
-        outcomes = Counter(row.outcome.value for row in rows)
-        writer.finish(StudyEnd(state="completed", runs=len(rows), outcomes=dict(outcomes)))
+        writer.finish(writer.ending())
 
 
 def _digest(problem: FitProblem, options: FitOptions) -> str:

@@ -14,9 +14,8 @@ from os import PathLike
 from typing import Any
 
 import numpy as np
-from mcap.records import Channel, Header, McapRecord, Metadata, Schema
+from mcap.records import Header, McapRecord, Metadata, Schema
 from numpy.typing import NDArray
-from pydantic import TypeAdapter, ValidationError
 
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.core.trace.signals import TIME_COLUMN, Floats
@@ -26,7 +25,7 @@ from slipgrasp.recordings.exceptions import (
     NewerRecordingError,
 )
 from slipgrasp.recordings.file.container import ChannelBlock, McapContainer
-from slipgrasp.recordings.file.documents import MEASURED_PROFILE, parse_json
+from slipgrasp.recordings.file.documents import MEASURED_PROFILE, read_as
 from slipgrasp.recordings.file.packing import MessageLayout, to_log_times
 from slipgrasp.recordings.file.reader import open_recording
 from slipgrasp.recordings.file.scan import ChannelMessages, RecordScanner
@@ -164,16 +163,8 @@ class MeasuredWriter:
         topic = self._layout.topic
         data = file_descriptor_set(topic)
         schema = Schema(id=_CHANNEL, name=topic.schema_name, encoding="protobuf", data=data)
-        self._container.add_schema(schema)
         texts = {field.name: field.text for field in topic.fields}
-        channel = Channel(
-            id=_CHANNEL,
-            topic=MEASURED_TOPIC,
-            message_encoding="protobuf",
-            schema_id=_CHANNEL,
-            metadata=texts,
-        )
-        self._container.add_channel(channel)
+        self._container.add_topic(MEASURED_TOPIC, schema, texts)
 
     def write(self, times: Floats, values: Floats) -> None:
         """Appends samples: times ``(samples,)`` [s], SI values ``(samples, signals)``."""
@@ -286,19 +277,17 @@ class _Reading:
             version = int(start["format"])
             if version > MEASURED_FORMAT:
                 raise NewerRecordingError(self._name, version, MEASURED_FORMAT)
-            reader = TypeAdapter(tuple[MeasuredColumn, ...])
-            self._columns = reader.validate_python(parse_json(start["columns"]))
-        except (KeyError, ValueError, ValidationError) as error:
+            self._columns = read_as(tuple[MeasuredColumn, ...], start["columns"])
+        except (KeyError, ValueError) as error:
             raise self._damaged("its start document is malformed") from error
         self._layout = _layout(self._columns)
 
     def outline(self) -> MeasuredOutline:
         """Title, signals and sampling."""
         try:
-            document = parse_json(self._metadata[MEASURED_STOP]["sampling"])
-            sampling = TypeAdapter(Sampling).validate_python(document)
+            sampling = read_as(Sampling, self._metadata[MEASURED_STOP]["sampling"])
             title = self._metadata[MEASURED_START]["title"]
-        except (KeyError, ValueError, ValidationError) as error:
+        except (KeyError, ValueError) as error:
             raise self._damaged("its end document is malformed") from error
         return MeasuredOutline(title=title, columns=self._columns, sampling=sampling)
 

@@ -136,13 +136,18 @@ class RunFiles:
             status = path.stat()
         except FileNotFoundError:
             raise RecordingNotFoundError(run_id) from None
-        return StoredRun.of(
-            run_id,
-            path,
+        return StoredRun(
+            id=run_id,
+            path=path,
             created=sidecar.created or time_of(status),
             size=status.st_size,
-            description=description,
-            annotations=sidecar.annotations,
+            title=description.title,
+            summary=description.summary,
+            preset=description.preset,
+            controller=description.controller,
+            name=sidecar.annotations.name,
+            notes=sidecar.annotations.notes,
+            tags=sidecar.annotations.tags,
         )
 
     def describe(self, run_id: str) -> Description:
@@ -223,9 +228,6 @@ def _read_to_describe(path: Path) -> RunResult:
 
 def sidecar_text(stored: StoredRun) -> bytes:
     """The sidecar of a run, as JSON."""
-    description = Description(
-        title=stored.title, controller=stored.controller, summary=stored.summary
-    )
     document = {
         "created": stored.created,
         "title": stored.title,
@@ -234,16 +236,14 @@ def sidecar_text(stored: StoredRun) -> bytes:
         "notes": stored.notes,
         "tags": stored.tags,
         "summary": stored.summary,
-        "digest": _digest(description, stored.size),
+        "digest": _digest(stored, stored.size),
     }
     return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=1).encode()
 
 
-def _digest(description: Description, size: int) -> str:
+def _digest(run: Description | StoredRun, size: int) -> str:
     """Checksum of a description together with the size of its recording."""
-    text = json.dumps(
-        [description.title, description.controller, description.summary, size], sort_keys=True
-    )
+    text = json.dumps([run.title, run.controller, run.summary, size], sort_keys=True)
     return blake2b(text.encode(), digest_size=DIGEST_BYTES).hexdigest()
 
 

@@ -16,8 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from tempfile import TemporaryFile
 from threading import Lock
-from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import platformdirs
 
@@ -40,7 +39,7 @@ from slipgrasp.recordings.measured.recording import MeasuredOutline
 from slipgrasp.recordings.store.annotations import Annotations
 from slipgrasp.recordings.store.description import Description
 from slipgrasp.recordings.store.identifiers import IdSource
-from slipgrasp.recordings.store.run_files import RunFiles, iso_time
+from slipgrasp.recordings.store.run_files import RunFiles, Sidecar, iso_time
 from slipgrasp.recordings.store.run_index import FoundRuns, RunIndex
 from slipgrasp.recordings.store.run_query import RunQuery
 from slipgrasp.recordings.store.storage_limits import StorageLimits
@@ -175,18 +174,9 @@ class RecordingStore:
     def _describe(
         self, reservation: Reservation, description: Description, annotations: Annotations
     ) -> StoredRun:
-        try:
-            size = reservation.path.stat().st_size
-        except FileNotFoundError:
-            raise RecordingNotFoundError(reservation.id) from None
-        stored = StoredRun.of(
-            reservation.id,
-            reservation.path,
-            created=iso_time(datetime.now(UTC)),
-            size=size,
-            description=description,
-            annotations=annotations,
-        )
+        created = iso_time(datetime.now(UTC))
+        sidecar = Sidecar(created=created, description=description, annotations=annotations)
+        stored = self._files.put_together(reservation.id, sidecar, description)
         try:
             self._files.write_sidecar(stored)
         except RecordingWriteError as error:
@@ -374,13 +364,8 @@ class Upload:
         self._stream = self._stack.enter_context(file)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self._stack.__exit__(kind, error, traceback)
+    def __exit__(self, *error: Any) -> None:
+        self._stack.__exit__(*error)
 
     def write(self, piece: bytes) -> None:
         """Receives the next bytes.

@@ -6,11 +6,11 @@ import hashlib
 import json
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 from slipgrasp.core.words.display_name import file_stem
 from slipgrasp.recordings.store.annotations import Annotations
-from slipgrasp.recordings.store.description import MEASURED, Description
+from slipgrasp.recordings.store.description import MEASURED
 
 _REVISION_BYTES = 12
 
@@ -44,32 +44,6 @@ class StoredRun:
     preset: str = ""
     controller: str = ""
     size: int = 0
-
-    @classmethod
-    def of(
-        cls,
-        run_id: str,
-        path: Path,
-        *,
-        created: str,
-        size: int,
-        description: Description,
-        annotations: Annotations,
-    ) -> Self:
-        """Creates a stored run from its description and annotations."""
-        return cls(
-            id=run_id,
-            path=path,
-            created=created,
-            size=size,
-            title=description.title,
-            summary=description.summary,
-            preset=description.preset,
-            controller=description.controller,
-            name=annotations.name,
-            notes=annotations.notes,
-            tags=annotations.tags,
-        )
 
     @property
     def is_measured(self) -> bool:

@@ -74,28 +74,26 @@ def category_words(category: int, space: Space) -> str:
 
 
 def categorize(results: StudyResults) -> NDArray[np.int8]:
-    """Categories of all runs as indices into `CATEGORIES`, shape ``(rows,)``."""
-    count = results.num_rows
-    words = results.values("outcome", 0, count)
-    reasons = results.values("reason", 0, count)
-    held = results.numbers("held", count)
-    known: dict[tuple[str, str | None], int] = {}
-    for pair in set(zip(words, reasons, strict=True)):
-        known[pair] = category_of(*pair)
-    places = [known[pair] for pair in zip(words, reasons, strict=True)]
-    categories = np.array(places, dtype=np.int8)
-    categories[held == 1.0] = HELD
-    categories[results.too_short(count)] = TOO_SHORT
-    categories[(categories == NOT_HELD) & _past_limit(results, count)] = PAST_LIMIT
+    """Categories of all runs as indices into `CATEGORIES`, shape ``(rows,)``.
+
+    Args:
+        results: The results, which do not grow.
+    """
+    ends = list(zip(results.values("outcome"), results.values("reason"), strict=True))
+    known = {end: category_of(*end) for end in set(ends)}
+    categories = np.array([known[end] for end in ends], dtype=np.int8)
+    categories[results.numbers("held") == 1.0] = HELD
+    categories[results.too_short()] = TOO_SHORT
+    categories[(categories == NOT_HELD) & _past_limit(results)] = PAST_LIMIT
     return categories
 
 
-def _past_limit(results: StudyResults, count: int) -> NDArray[np.bool_]:
-    past = np.zeros(count, dtype=bool)
+def _past_limit(results: StudyResults) -> NDArray[np.bool_]:
+    past = np.zeros(results.num_rows, dtype=bool)
     columns = {column.name: column for column in results.columns}
     for name, limit in results.study.limits.items():
         for one in components(name, columns):
-            past |= np.abs(results.numbers(one, count)) > limit
+            past |= np.abs(results.numbers(one)) > limit
     return past
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from functools import cache, partial
-from typing import Any, Literal
+from functools import partial
+from typing import Literal
 
-from mcap.records import Channel, Schema
-from pydantic import TypeAdapter, ValidationError
+from mcap.records import Schema
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.provenance import present_provenance
@@ -17,7 +16,8 @@ from slipgrasp.core.scenario.custom_laws import LawIdentity
 from slipgrasp.core.scenario.loading import all_preset_names, scenario_from_mapping
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping, study_to_mapping
-from slipgrasp.recordings.file.documents import parse_json
+from slipgrasp.recordings.file.container import McapContainer
+from slipgrasp.recordings.file.documents import parse_json, read_as
 from slipgrasp.recordings.study.study_row import row_schema
 
 STUDY_FORMAT = 1
@@ -91,8 +91,8 @@ def read_definition(document: bytes, start: Mapping[str, str]) -> Study:
 
 def _read_laws(text: str) -> tuple[LawIdentity, ...]:
     try:
-        return _law_reader().validate_python(parse_json(text))
-    except ValidationError as error:
+        return read_as(tuple[LawIdentity, ...], text)
+    except ValueError as error:
         raise ValueError("the laws in its start document are malformed") from error
 
 
@@ -108,34 +108,14 @@ def read_end(document: Mapping[str, str]) -> StudyEnd:
         KeyError: If an entry is missing.
         ValueError: If an entry is invalid.
     """
-    try:
-        return _end_reader().validate_python(parse_json(document["end"]))
-    except ValidationError as error:
-        raise ValueError("its end document is malformed") from error
+    return read_as(StudyEnd, document["end"])
 
 
-def rows_schema() -> Schema:
-    """The schema of the results; programs that read JSON in MCAP can show them."""
+def add_rows_topic(container: McapContainer) -> None:
+    """Adds the topic of the results; the time of a message is the index of its run [ns].
+
+    Programs that read JSON in MCAP can show them.
+    """
     data = json.dumps(row_schema()).encode()
-    return Schema(id=CHANNEL, name="slipgrasp.StudyRow", encoding="jsonschema", data=data)
-
-
-def rows_channel() -> Channel:
-    """The channel of the results; the time of a message is the index of its run [ns]."""
-    return Channel(
-        id=CHANNEL,
-        topic=TOPIC,
-        message_encoding="json",
-        schema_id=CHANNEL,
-        metadata={"log_time": "index of the run, not a time"},
-    )
-
-
-@cache
-def _law_reader() -> TypeAdapter[Any]:
-    return TypeAdapter(tuple[LawIdentity, ...])
-
-
-@cache
-def _end_reader() -> TypeAdapter[Any]:
-    return TypeAdapter(StudyEnd)
+    schema = Schema(id=CHANNEL, name="slipgrasp.StudyRow", encoding="jsonschema", data=data)
+    container.add_topic(TOPIC, schema, {"log_time": "index of the run, not a time"})

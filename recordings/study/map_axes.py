@@ -17,7 +17,7 @@ def numeric_keys(study: Study) -> tuple[str, ...]:
     """Varied keys with numeric values in every run, in the study's order."""
     ranges = {axis.key for axis in study.axes if axis.is_range}
     return tuple(
-        key for key in study.keys if key in ranges or all(map(_is_number, _values(study, key)))
+        key for key in study.keys if key in ranges or all(map(is_number, _values(study, key)))
     )
 
 
@@ -81,5 +81,6 @@ def _values(study: Study, key: str) -> list[object]:
     return [run.get(key) for run in study.listed]
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> bool:
+    """Whether a value is a number, not a Boolean."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)

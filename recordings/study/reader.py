@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
 
@@ -40,23 +39,6 @@ class NoSuchRunError(RecordingError):
 
     def __init__(self, name: str, index: int, count: int) -> None:
         super().__init__(f"there is no run {index} in '{name}'; it has {count}, counted from 0")
-
-
-@dataclass(slots=True)
-class StudySoFar:
-    """The content of an unfinished file.
-
-    Attributes:
-        library: Program that wrote it.
-        start: Its start document.
-        definition: Its definition document.
-        chunks: Encoded rows, chunk by chunk.
-    """
-
-    library: str
-    start: Mapping[str, str]
-    definition: bytes
-    chunks: list[list[bytes]] = field(default_factory=list)
 
 
 class StudyReader:
@@ -211,8 +193,12 @@ def open_study(path: Path) -> Iterator[StudyReader]:
         raise RecordingError(f"cannot read '{path}': {error.strerror}") from error
 
 
-def read_rows_so_far(part: Path) -> StudySoFar | None:
-    """Reads an unfinished file up to its first damaged byte; None if its start is missing.
+def read_rows_so_far(part: Path) -> tuple[StudyReader, list[list[bytes]]] | None:
+    """Reads an unfinished file up to its first damaged byte.
+
+    Returns:
+        The documents at its start, and its encoded rows, chunk by chunk; None if its start is
+        missing.
 
     Raises:
         RecordingError: If it cannot be read, or is not an unfinished study.
@@ -221,8 +207,6 @@ def read_rows_so_far(part: Path) -> StudySoFar | None:
         return None
     try:
         with open_study(part) as reader:
-            so_far = StudySoFar(reader.library, reader.start, reader.definition)
-            so_far.chunks.extend(reader.chunks())
-            return so_far
+            return reader, list(reader.chunks())
     except DamagedRecordingError:
         return None

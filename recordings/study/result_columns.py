@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol
+from array import array
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.metrics import single_metrics
 from slipgrasp.core.study.definition import Study, Value
-from slipgrasp.recordings.file.state_hash import HASH_BYTES
-from slipgrasp.recordings.study.map_axes import parameter_of
+from slipgrasp.recordings.study.map_axes import is_number, parameter_of
 
 Kind = Literal["number", "integer", "boolean", "word", "value", "hash"]
 
@@ -63,15 +63,6 @@ def _has_soft_runs(study: Study) -> bool:
     return study.base.has_soft_fingers or any(key.endswith(".pad_radius") for key in study.keys)
 
 
-def column_for(column: ResultColumn) -> AppendOnlyColumn:
-    """Returns an empty column of the kind."""
-    if column.kind == "hash":
-        return HashColumn(2 * HASH_BYTES)
-    if column.kind in ("word", "value"):
-        return ValueColumn()
-    return NumberColumn(column.kind)
-
-
 def _varied(study: Study, key: str) -> ResultColumn:
     parameter = parameter_of(study, key)
     unit = "" if parameter is None else parameter.unit
@@ -94,164 +85,65 @@ def _chosen_values(study: Study, key: str) -> list[Value]:
     return list(chosen[0] or ()) if chosen else [run.get(key) for run in study.listed]
 
 
-_FIRST_ROWS = 256
+_MOST_KNOWN = 256
+"""Number of distinct values of a column of which equal ones are stored once."""
+
+_NUMBERS: dict[Kind, Callable[[float], Any]] = {"number": float, "integer": int, "boolean": bool}
 
 
-class AppendOnlyColumn(Protocol):
-    """A column to which rows are appended while others read it, with little memory.
+class ColumnValues:
+    """Values of a column to which rows are appended while others read it; each may be None.
 
     A row is appended to all columns before it is counted, and existing values never change, so that
-    reading counted rows needs no lock.
-    """
-
-    def append(self, value: Any) -> None:
-        """Appends the value of the next row."""
-        ...
-
-    def take(self, rows: Sequence[int]) -> list[Any]:
-        """The values of some rows, as plain values for JSON."""
-        ...
-
-    def numbers(self, count: int) -> NDArray[np.float64]:
-        """The first values as numbers, NaN for others."""
-        ...
-
-    def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
-        """Sorts rows by their values; those without a value come last."""
-        ...
-
-
-@dataclass(slots=True)
-class _Array:
-    """Numbers or bytes of one width, in an array that is reallocated when full."""
-
-    dtype: str
-    values: NDArray[Any] = field(init=False)
-    count: int = 0
-
-    def __post_init__(self) -> None:
-        self.values = np.zeros(_FIRST_ROWS, self.dtype)
-
-    def append(self, value: float | bytes) -> None:
-        if self.count == len(self.values):
-            larger = np.zeros(2 * self.count, self.dtype)
-            larger[: self.count] = self.values
-            self.values = larger
-        self.values[self.count] = value
-        self.count += 1
-
-
-class NumberColumn:
-    """Numbers, integers or Booleans; each may be None.
+    reading counted rows needs no lock. Numbers take 8 bytes each.
 
     Args:
-        kind: Type of the returned values.
+        kind: Type of the values.
     """
 
-    def __init__(self, kind: Literal["number", "integer", "boolean"] = "number") -> None:
-        self._array = _Array("<f8")
-        self._convert: Any = {"number": float, "integer": int, "boolean": bool}[kind]
-
-    def append(self, value: float | None) -> None:
-        """Appends the value of the next row."""
-        self._array.append(math.nan if value is None else value)
-
-    def take(self, rows: Sequence[int]) -> list[Any]:
-        """The values of some rows."""
-        found = self._array.values[np.asarray(rows, dtype=np.intp)].tolist()
-        return [None if math.isnan(value) else self._convert(value) for value in found]
-
-    def numbers(self, count: int) -> NDArray[np.float64]:
-        """The first values, NaN where there is none."""
-        return self._array.values[:count]
-
-    def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
-        """Sorts rows by their values."""
-        keys = self._array.values[rows]
-        return rows[np.argsort(-keys if descending else keys, kind="stable")]
-
-
-class HashColumn:
-    """Hashes of one length, as hexadecimal text.
-
-    Args:
-        num_digits: Number of digits.
-    """
-
-    def __init__(self, num_digits: int) -> None:
-        self._array = _Array(f"S{num_digits}")
-
-    def append(self, value: str) -> None:
-        """Appends the value of the next row."""
-        self._array.append(value.encode("ascii"))
-
-    def take(self, rows: Sequence[int]) -> list[str]:
-        """The values of some rows."""
-        found = self._array.values[np.asarray(rows, dtype=np.intp)].tolist()
-        return [value.decode("ascii") for value in found]
-
-    def numbers(self, count: int) -> NDArray[np.float64]:
-        """NaN for each row, because hashes are not numbers."""
-        return np.full(count, math.nan)
-
-    def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
-        """Sorts rows by their values."""
-        return order_of(self.take(rows.tolist()), rows, descending=descending)
-
-
-class ValueColumn:
-    """Words, lists, or values of several types; equal ones are stored once."""
-
-    def __init__(self) -> None:
-        self._values: list[Any] = []
+    def __init__(self, kind: Kind) -> None:
+        self._convert = _NUMBERS.get(kind)
+        self._values: Any = [] if self._convert is None else array("d")
         self._known: dict[tuple[type, Any], Any] = {}
 
     def append(self, value: Any) -> None:
         """Appends the value of the next row."""
-        if len(self._known) < _FIRST_ROWS:
+        if self._convert is not None:
+            value = math.nan if value is None else value
+        elif len(self._known) < _MOST_KNOWN:
             value = self._known.setdefault((type(value), value), value)
         self._values.append(value)
 
     def take(self, rows: Sequence[int]) -> list[Any]:
-        """The values of some rows, with tuples as lists."""
-        values = self._values
-        found = [values[row] for row in rows]
+        """The values of some rows, as plain values for JSON."""
+        found = list(map(self._values.__getitem__, rows))
+        if self._convert is not None:
+            return [None if math.isnan(value) else self._convert(value) for value in found]
         return [list(value) if isinstance(value, tuple) else value for value in found]
 
     def numbers(self, count: int) -> NDArray[np.float64]:
         """The first values as numbers, NaN for others."""
         found = self._values[:count]
-        plain = [isinstance(v, (int, float)) and not isinstance(v, bool) for v in found]
-        return np.array(
-            [v if is_number else math.nan for v, is_number in zip(found, plain, strict=True)]
-        )
+        if self._convert is None:
+            found = [value if is_number(value) else math.nan for value in found]
+        return np.array(found, dtype=np.float64)
 
     def order(self, rows: NDArray[np.intp], *, descending: bool) -> NDArray[np.intp]:
-        """Sorts rows by their values."""
-        return order_of(self.take(rows.tolist()), rows, descending=descending)
+        """Sorts rows by their values; equal ones keep their order, those without one come last."""
+        keys = self._sort_keys()[rows]
+        return rows[np.argsort(-keys if descending else keys, kind="stable")]
+
+    def _sort_keys(self) -> NDArray[np.float64]:
+        if self._convert is not None:
+            return self.numbers(len(self._values))
+        values = [None if value is None else _sort_key(value) for value in self._values]
+        known = sorted({*filter(None, values)})
+        ranks: dict[Any, float] = {key: rank for rank, key in enumerate(known)}
+        return np.array([ranks.get(key, math.nan) for key in values])
 
 
-def order_of(
-    values: Sequence[Any], rows: NDArray[np.intp], *, descending: bool
-) -> NDArray[np.intp]:
-    """Sorts rows by their values; equal ones keep their order, and None comes last.
-
-    Args:
-        values: One per row.
-        rows: Rows to sort.
-        descending: Whether the largest comes first.
-    """
-    ranks = {key: rank for rank, key in enumerate(sorted(set(map(_key, values))))}
-    places = np.array([ranks[_key(value)] for value in values], dtype=np.int64)
-    if descending:
-        nothing = np.array([value is None for value in values], dtype=bool)
-        places = np.where(nothing, len(ranks), -places)
-    return rows[np.argsort(places, kind="stable")]
-
-
-def _key(value: Any) -> tuple[int, float, str]:
-    if value is None:
-        return (2, 0.0, "")
+def _sort_key(value: Any) -> tuple[int, float, str]:
+    """Numbers come first, then text, with lists as JSON."""
     if isinstance(value, (int, float)):
         return (0, float(value), "")
     return (1, 0.0, value if isinstance(value, str) else json.dumps(value))

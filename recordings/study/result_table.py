@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from slipgrasp.core.study.definition import Study
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import QueryError
-from slipgrasp.recordings.study.result_columns import ResultColumn, column_for, columns_of
+from slipgrasp.recordings.study.result_columns import ColumnValues, ResultColumn, columns_of
 from slipgrasp.recordings.study.study_row import StudyRow
 
 
 class ResultTable:
     """One row per run, in the order of their indices.
 
-    One thread may append rows while others read: each read sees the rows that were complete when it
-    started.
+    One thread may append rows while others read. A single method sees the rows that were complete
+    when it was called; several calls need the same `first` rows.
 
     Args:
         study: The study.
@@ -29,7 +29,7 @@ class ResultTable:
     def __init__(self, study: Study) -> None:
         self.study = study
         self.columns = columns_of(study)
-        self._stores = {column.name: column_for(column) for column in self.columns}
+        self._stores = {column.name: ColumnValues(column.kind) for column in self.columns}
         self._count = 0
         self._lock = Lock()
 
@@ -99,9 +99,8 @@ class ResultTable:
             QueryError: If the column or outcome does not exist.
         """
         column = self.column(sort.removeprefix("-"))
-        chosen = self._matching(outcome, held)
-        ordered = chosen
-        if column.name != "index" or sort.startswith("-"):
+        ordered = chosen = self.first(self.num_rows)._matching(outcome, held)
+        if sort != "index":
             store = self._stores[column.name]
             ordered = store.order(chosen, descending=sort.startswith("-"))
         end = None if limit is None else offset + limit
@@ -133,23 +132,22 @@ class ResultTable:
         return [dict(zip(names, cells, strict=True)) for cells in zip(*columns, strict=True)]
 
     def _matching(self, outcome: str | None, held: bool | None) -> NDArray[np.intp]:
-        count = self.num_rows
-        chosen = np.arange(count)
+        chosen = np.arange(self.num_rows)
         if outcome is not None:
             known = tuple(Outcome)
             if outcome not in known:
                 raise QueryError(outcome, f"'{outcome[:80]}' is not an outcome", known)
-            words = self._stores["outcome"].take(range(count))
-            chosen = np.array([i for i in range(count) if words[i] == outcome], dtype=np.intp)
+            chosen = np.flatnonzero([word == outcome for word in self.values("outcome")])
         if held is not None:
-            same = (self.numbers("held", count) == 1.0) == held
-            chosen = chosen[(same & ~self.too_short(count))[chosen]]
+            same = (self.numbers("held") == 1.0) == held
+            chosen = chosen[(same & ~self.too_short())[chosen]]
         return chosen
 
-    def too_short(self, count: int) -> NDArray[np.bool_]:
-        """Mask of the first ``count`` runs: completed, but too short to decide if they held."""
-        completed = np.array(self.values("outcome", 0, count)) == Outcome.COMPLETED
-        return completed & np.isnan(self.numbers("held", count))
+    def too_short(self) -> NDArray[np.bool_]:
+        """Mask of the runs that are completed, but too short to decide if they held."""
+        words = self.values("outcome")
+        completed = np.array([word == Outcome.COMPLETED.value for word in words], dtype=bool)
+        return completed & np.isnan(self.numbers("held"))
 
     def column(self, name: str) -> ResultColumn:
         """Returns the description of a column.
@@ -162,15 +160,9 @@ class ResultTable:
                 return column
         raise QueryError(name, f"'{name[:80]}' is not a column of the results", self.column_names)
 
-    def numbers(self, name: str, count: int | None = None) -> NDArray[np.float64]:
-        """A column as numbers, NaN for others, shape ``(rows,)``; read-only.
-
-        Args:
-            name: The column.
-            count: Number of rows; all available ones if None.
-        """
-        rows = self.num_rows if count is None else count
-        return self._stores[self.column(name).name].numbers(rows)
+    def numbers(self, name: str) -> NDArray[np.float64]:
+        """A column as numbers, NaN for others, shape ``(rows,)``."""
+        return self._stores[self.column(name).name].numbers(self.num_rows)
 
     def values(self, name: str, start: int = 0, end: int | None = None) -> list[Any]:
         """A range of rows of a column, as plain values for JSON."""

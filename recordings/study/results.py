@@ -21,23 +21,23 @@ class StudyResults(ResultTable):
 
     def summary(self) -> StudySummary:
         """Numbers of runs by outcome, and statistics of the metrics."""
-        return summarize(self)
+        return summarize(self.first(self.num_rows))
 
     def compare_combinations(self) -> CombinationComparison | None:
         """Comparison of the crossed values on the same samples; None if none are crossed."""
-        return compare_combinations(self)
+        return compare_combinations(self.first(self.num_rows))
 
-    def write_csv(self, stream: TextIO, num_rows: int | None = None) -> None:
+    def write_csv(self, stream: TextIO) -> None:
         """Writes all rows as comma-separated values; see `results_export.write_csv`."""
-        write_csv(self, stream, num_rows)
+        write_csv(self, stream)
 
-    def write_parquet(self, stream: BinaryIO, num_rows: int | None = None) -> None:
+    def write_parquet(self, stream: BinaryIO) -> None:
         """Writes all rows as a Parquet file; see `results_export.write_parquet`."""
-        write_parquet(self, stream, num_rows)
+        write_parquet(self, stream)
 
-    def write_json(self, stream: TextIO, num_rows: int | None = None) -> None:
+    def write_json(self, stream: TextIO) -> None:
         """Writes all rows as one JSON document; see `results_export.write_json`."""
-        write_json(self, stream, num_rows)
+        write_json(self, stream)
 
 
 def read_results(path: str | PathLike[str]) -> StudyResults:

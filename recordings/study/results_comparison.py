@@ -84,7 +84,7 @@ def compare_combinations(
     """Compares the values of some keys with everything else equal.
 
     Args:
-        results: The results so far.
+        results: The results, which do not grow.
         keys: Crossed keys; if None, those that are not axes of the map.
 
     Returns:
@@ -94,12 +94,12 @@ def compare_combinations(
     if not chosen:
         return None
     held = results.numbers("held") == 1.0
-    codes = np.where(results.too_short(len(held)), _UNKNOWN, held)
-    grouped = rows_by_combination(results, chosen, len(codes))
+    codes = np.where(results.too_short(), _UNKNOWN, held)
+    grouped = rows_by_combination(results, chosen)
     places = np.zeros(len(held), dtype=np.intp)
     for place, (_, rows) in enumerate(grouped):
         places[rows] = place
-    samples = _sample_of_rows(results, chosen, len(codes))
+    samples = _sample_of_rows(results, chosen)
     table = _held_by_sample(samples, places, codes, len(grouped))
     return CombinationComparison(
         keys=chosen,
@@ -109,14 +109,13 @@ def compare_combinations(
 
 
 def rows_by_combination(
-    results: ResultTable, keys: tuple[str, ...], count: int
+    results: ResultTable, keys: tuple[str, ...]
 ) -> list[tuple[dict[str, Any], NDArray[np.intp]]]:
     """The rows of each combination of crossed values.
 
     Args:
-        results: The results so far.
+        results: The results, which do not grow.
         keys: Crossed keys.
-        count: Number of rows to use.
 
     Returns:
         Each combination, as plain values by key, with its rows.
@@ -124,7 +123,7 @@ def rows_by_combination(
     axes = {axis.key: axis.values or () for axis in results.study.axes}
     offered = list(product(*(map(_plain, axes[key]) for key in keys)))
     members: dict[str, list[int]] = {repr(values): [] for values in offered}
-    columns = [results.values(key, 0, count) for key in keys]
+    columns = [results.values(key) for key in keys]
     for row, values in enumerate(zip(*columns, strict=True)):
         members[repr(values)].append(row)
     return [
@@ -133,10 +132,10 @@ def rows_by_combination(
     ]
 
 
-def _sample_of_rows(results: ResultTable, keys: tuple[str, ...], count: int) -> NDArray[np.intp]:
+def _sample_of_rows(results: ResultTable, keys: tuple[str, ...]) -> NDArray[np.intp]:
     """A number per row that is equal if all but the compared keys are equal; shape ``(rows,)``."""
     others = [key for key in results.study.keys if key not in keys]
-    columns = [results.values(key, 0, count) for key in ("sample", *others)]
+    columns = [results.values(key) for key in ("sample", *others)]
     known: dict[str, int] = {}
     cells = zip(*columns, strict=True)
     return np.array([known.setdefault(repr(row), len(known)) for row in cells], dtype=np.intp)
@@ -157,11 +156,11 @@ def _combination(
     rows: NDArray[np.intp],
     codes: NDArray[np.int_],
 ) -> Combination:
-    words = results.values("outcome", 0, len(codes))
+    words = results.values("outcome")
     medians: dict[str, float] = {}
     for column in results.columns:
         if column.role == "metric" and column.kind != "boolean":
-            spread = spread_of(results.numbers(column.name, len(codes))[rows])
+            spread = spread_of(results.numbers(column.name)[rows])
             if spread is not None:
                 medians[column.name] = spread.median
     num_held = int(np.count_nonzero(codes[rows] == 1))

@@ -5,20 +5,20 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, BinaryIO, TextIO
+from typing import Any, BinaryIO, TextIO
 
 from slipgrasp.recordings.study.result_columns import ResultColumn
 from slipgrasp.recordings.study.result_table import ResultTable
-
-if TYPE_CHECKING:
-    import pyarrow
 
 ROWS_AT_ONCE = 1000
 MOST_ROWS_AT_ONCE = 50 * ROWS_AT_ONCE
 """Number of rows in a group of a Parquet file."""
 
+_ARROW_TYPES = {"number": "float64", "integer": "int64", "boolean": "bool"}
+"""Types in a Parquet file by kind of column; all others are text."""
 
-def write_csv(results: ResultTable, stream: TextIO, num_rows: int | None = None) -> None:
+
+def write_csv(results: ResultTable, stream: TextIO) -> None:
     """Writes the results as comma-separated values, SI units, with a header line.
 
     Numbers have enough digits to read back the same bits; Booleans are ``true`` and ``false``,
@@ -27,13 +27,10 @@ def write_csv(results: ResultTable, stream: TextIO, num_rows: int | None = None)
     Args:
         results: The results so far.
         stream: Output stream.
-        num_rows: Number of rows; all available ones if None.
     """
     table = csv.writer(stream, lineterminator="\n")
     table.writerow(results.column_names)
-    count = results.num_rows if num_rows is None else num_rows
-    for start in range(0, count, ROWS_AT_ONCE):
-        end = min(count, start + ROWS_AT_ONCE)
+    for start, end in _groups(results, ROWS_AT_ONCE):
         words = [map(_word, results.values(name, start, end)) for name in results.column_names]
         table.writerows(zip(*words, strict=True))
 
@@ -46,7 +43,7 @@ def _word(cell: Any) -> str:
     return repr(cell) if isinstance(cell, float) else json.dumps(cell)
 
 
-def write_json(results: ResultTable, stream: TextIO, num_rows: int | None = None) -> None:
+def write_json(results: ResultTable, stream: TextIO) -> None:
     """Writes the results as one JSON object.
 
     It has ``title``, ``base`` (name of the preset, if any), ``runs`` (number of runs of the study),
@@ -55,7 +52,6 @@ def write_json(results: ResultTable, stream: TextIO, num_rows: int | None = None
     Args:
         results: The results so far.
         stream: Output stream.
-        num_rows: Number of rows; all available ones if None.
     """
     study = results.study
     head = {
@@ -66,14 +62,14 @@ def write_json(results: ResultTable, stream: TextIO, num_rows: int | None = None
     }
     stream.write(json.dumps(head, ensure_ascii=False)[:-1] + ', "rows": [')
     separator = "\n"
-    for rows in _pieces(results, num_rows):
-        for row in rows:
+    for start, end in _groups(results, ROWS_AT_ONCE):
+        for row in results.rows(start, end - start)[0]:
             stream.write(separator + json.dumps(row, ensure_ascii=False, allow_nan=False))
             separator = ",\n"
     stream.write("\n]}\n")
 
 
-def write_parquet(results: ResultTable, stream: BinaryIO, num_rows: int | None = None) -> None:
+def write_parquet(results: ResultTable, stream: BinaryIO) -> None:
     """Writes the results as a Parquet file.
 
     Each column has its SI unit as ``unit`` in the metadata of its field. Varied values of several
@@ -83,7 +79,6 @@ def write_parquet(results: ResultTable, stream: BinaryIO, num_rows: int | None =
     Args:
         results: The results so far.
         stream: Output stream.
-        num_rows: Number of rows; all available ones if None.
     """
     import pyarrow
     from pyarrow import parquet
@@ -91,15 +86,17 @@ def write_parquet(results: ResultTable, stream: BinaryIO, num_rows: int | None =
     from slipgrasp.core.study.loading import study_to_mapping
 
     fields = [
-        pyarrow.field(column.name, _arrow_type(column), metadata={"unit": column.unit})
+        pyarrow.field(
+            column.name,
+            pyarrow.type_for_alias(_ARROW_TYPES.get(column.kind, "string")),
+            metadata={"unit": column.unit},
+        )
         for column in results.columns
     ]
     study = json.dumps(study_to_mapping(results.study), ensure_ascii=False, allow_nan=False)
     schema = pyarrow.schema(fields, metadata={"slipgrasp.study": study})
-    count = results.num_rows if num_rows is None else num_rows
     with parquet.ParquetWriter(stream, schema) as writer:
-        for start in range(0, count, MOST_ROWS_AT_ONCE):
-            end = min(count, start + MOST_ROWS_AT_ONCE)
+        for start, end in _groups(results, MOST_ROWS_AT_ONCE):
             arrays = [
                 pyarrow.array(_cells(results, column, start, end), field.type)
                 for column, field in zip(results.columns, fields, strict=True)
@@ -114,18 +111,7 @@ def _cells(results: ResultTable, column: ResultColumn, start: int, end: int) -> 
     return [cell if cell is None or isinstance(cell, str) else json.dumps(cell) for cell in cells]
 
 
-def _arrow_type(column: ResultColumn) -> pyarrow.DataType:
-    import pyarrow
-
-    if column.kind == "number":
-        return pyarrow.float64()
-    if column.kind == "integer":
-        return pyarrow.int64()
-    return pyarrow.bool_() if column.kind == "boolean" else pyarrow.string()
-
-
-def _pieces(results: ResultTable, num_rows: int | None) -> Iterator[list[dict[str, Any]]]:
-    """The first rows, in groups; rows that are appended meanwhile are excluded."""
-    count = results.num_rows if num_rows is None else num_rows
-    for start in range(0, count, ROWS_AT_ONCE):
-        yield results.rows(start, min(ROWS_AT_ONCE, count - start))[0]
+def _groups(results: ResultTable, size: int) -> Iterator[tuple[int, int]]:
+    """Starts and ends of groups of rows; rows that are appended meanwhile are excluded."""
+    count = results.num_rows
+    return ((start, min(count, start + size)) for start in range(0, count, size))

@@ -12,9 +12,10 @@ from slipgrasp.core.study.knowledge import knowledge_in
 from slipgrasp.recordings.study.result_table import ResultTable
 
 _SHARES = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
+"""Fractions of the quantiles of `Spread`, in its order."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Spread:
     """Statistics of a metric, in its unit.
 
@@ -72,14 +73,12 @@ class StudySummary:
 
 def summarize(results: ResultTable) -> StudySummary:
     """Counts the outcomes, and computes statistics of the metrics."""
-    count = results.num_rows
-    words = results.values("outcome", 0, count)
-    reasons = results.values("reason", 0, count)
+    count, words = results.num_rows, results.values("outcome")
     outcomes = dict(Counter(words).most_common())
-    held = int(np.count_nonzero(results.numbers("held", count) == 1.0))
-    too_short = int(np.count_nonzero(results.too_short(count)))
+    held = int(np.count_nonzero(results.numbers("held") == 1.0))
+    too_short = int(np.count_nonzero(results.too_short()))
     metrics = {
-        column.name: results.numbers(column.name, count)
+        column.name: results.numbers(column.name)
         for column in results.columns
         if column.role == "metric" and column.kind != "boolean"
     }
@@ -88,7 +87,7 @@ def summarize(results: ResultTable) -> StudySummary:
         runs=results.study.num_runs,
         finished=count,
         outcomes=outcomes,
-        reasons=dict(Counter(code for code in reasons if code is not None).most_common()),
+        reasons=dict(Counter(filter(None, results.values("reason"))).most_common()),
         held=held,
         too_short=too_short,
         share_held=held / max(1, count - too_short),
@@ -109,14 +108,4 @@ def spread_of(values: NDArray[np.float64]) -> Spread | None:
     known = values[~np.isnan(values)]
     if not len(known):
         return None
-    low, p5, p25, median, p75, p95, high = np.quantile(known, _SHARES).tolist()
-    return Spread(
-        runs=len(known),
-        minimum=low,
-        percentile_5=p5,
-        percentile_25=p25,
-        median=median,
-        percentile_75=p75,
-        percentile_95=p95,
-        maximum=high,
-    )
+    return Spread(len(known), *np.quantile(known, _SHARES).tolist())

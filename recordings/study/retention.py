@@ -19,8 +19,7 @@ from slipgrasp.recordings.exceptions import RecordingChangedError, RecordingNotF
 from slipgrasp.recordings.store.annotations import Annotations
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
-from slipgrasp.recordings.study.stored_study import StoredStudy
-from slipgrasp.recordings.study.study_store import StudyNotFoundError, StudyStore
+from slipgrasp.recordings.study.study_store import StoredStudy, StudyNotFoundError, StudyStore
 
 _RUN_OF_STUDY = re.compile(r"(?s).*, run ([0-9]{1,9})")
 _TAG_OF_STUDY = re.compile(r"study ([a-z0-9]{12})")

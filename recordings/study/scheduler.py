@@ -75,13 +75,7 @@ def schedule_runs(
         rows.write_rest()
         raise
     rows.write_rest()
-    complete = writer.num_rows == study.num_runs
-    return StudyEnd(
-        state="completed" if complete else "cancelled",
-        runs=writer.num_rows,
-        outcomes=dict(sorted(writer.outcomes.items())),
-        message=rows.message,
-    )
+    return writer.ending(rows.message)
 
 
 class _Tasks(Iterator[StudyTask]):

@@ -10,11 +10,11 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import replace
-from datetime import UTC, datetime
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from slipgrasp.core.study.definition import Study
+from slipgrasp.core.study.definition import MAX_RUNS, KeptRecordings, Study
 from slipgrasp.recordings.exceptions import (
     RecordingError,
     RecordingNotFoundError,
@@ -23,17 +23,13 @@ from slipgrasp.recordings.exceptions import (
 )
 from slipgrasp.recordings.file.atomic_file import PART_SUFFIX, part_of
 from slipgrasp.recordings.store.annotations import Annotations
-from slipgrasp.recordings.store.identifiers import ID, IdSource, derived_id
-from slipgrasp.recordings.store.run_files import iso_time, time_of
+from slipgrasp.recordings.store.identifiers import ID, derived_id
+from slipgrasp.recordings.store.job_store import JobStore, StoredJob
+from slipgrasp.recordings.store.run_files import time_of
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.documents import StudyEnd
-from slipgrasp.recordings.study.stored_study import (
-    StoredStudy,
-    StudySidecars,
-    told_by_file,
-    unknown_study,
-)
+from slipgrasp.recordings.study.reader import open_study
 from slipgrasp.recordings.study.task import StudyRun
 from slipgrasp.recordings.study.writer import StudyWriter
 
@@ -46,13 +42,37 @@ _logger = logging.getLogger(__name__)
 class StudyNotFoundError(RecordingNotFoundError):
     """The study does not exist."""
 
-    def __init__(self, study_id: str) -> None:
-        super().__init__(study_id)
-        shown = "".join(c if c.isprintable() else "?" for c in study_id[:100])
-        self.args = (f"there is no study '{shown}'",)
+    noun = "study"
 
 
-class StudyStore:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredStudy(StoredJob):
+    """A stored study.
+
+    Attributes:
+        title: Its title.
+        base_name: Preset of its base; empty if there is none.
+        keys: Varied parameters by dotted key.
+        num_runs: Number of runs; 0 if its file cannot be read.
+        recordings: Runs whose recording is stored.
+        end: Its end; None while it is unfinished.
+    """
+
+    title: str = ""
+    base_name: str = ""
+    keys: tuple[str, ...] = ()
+    num_runs: int = 0
+    recordings: KeptRecordings = "none"
+    end: StudyEnd | None = None
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether its numbers are valid."""
+        num_ended = 0 if self.end is None else self.end.runs
+        return 1 <= self.num_runs <= MAX_RUNS and 0 <= num_ended <= self.num_runs
+
+
+class StudyStore(JobStore[StoredStudy]):
     """Stores studies in a folder of the data directory, and their recordings among the runs.
 
     Args:
@@ -60,11 +80,10 @@ class StudyStore:
         runs: Store of the runs.
     """
 
+    noun = "study"
+
     def __init__(self, data_directory: Path, runs: RecordingStore) -> None:
-        self._folder = data_directory / STUDIES_FOLDER
-        self._runs = runs
-        self._ids = IdSource()
-        self._sidecars = StudySidecars(self._folder)
+        super().__init__(data_directory / STUDIES_FOLDER, runs, StoredStudy)
         self._seen: dict[str, tuple[object, StoredStudy]] = {}
 
     def prepare(self) -> None:
@@ -88,20 +107,10 @@ class StudyStore:
             StorageFullError: If there is no space.
         """
         self.prepare()
-        self._runs.check_space()
-        now = datetime.now(UTC)
-        stored = StoredStudy(
-            id=self._ids.new(now),
-            created=iso_time(now),
-            title=study.title,
-            base_name=study.base_name,
-            keys=study.keys,
-            num_runs=study.num_runs,
-            recordings=study.recordings,
-            idempotency_key=idempotency_key,
-            request_digest=request_digest,
-        )
-        self._sidecars.write(stored)
+        self.runs.check_space()
+        new: dict[str, Any] = self._new(idempotency_key, request_digest)
+        stored = StoredStudy(**new, **_facts_of(study))
+        self._write_sidecar(stored)
         with StudyWriter(self.path_of(stored.id), study):
             return stored
 
@@ -113,7 +122,7 @@ class StudyStore:
         """
         path = self._find(study_id)
         is_finished = path == self.path_of(study_id)
-        stored = self._sidecars.read(study_id)
+        stored = self._read_sidecar(study_id)
         if stored is None or (is_finished and stored.end is None):
             stored = self._read_again(study_id, path, stored)
         return stored if is_finished else replace(stored, end=None)
@@ -121,25 +130,6 @@ class StudyStore:
     def find_end(self, study_id: str) -> StudyEnd | None:
         """The end of a study from its file; None if it is unfinished."""
         return self.get(study_id).end if _is_own_file(self.path_of(study_id)) else None
-
-    def find_by_key(self, idempotency_key: str) -> StoredStudy | None:
-        """The study of an idempotency key, if any."""
-        return next((s for s in self._all() if s.idempotency_key == idempotency_key), None)
-
-    def list(self, offset: int = 0, limit: int | None = None) -> tuple[list[StoredStudy], int]:
-        """Studies, newest first, and their number.
-
-        Args:
-            offset: Number of the newest studies to skip.
-            limit: Largest number of studies; all if None.
-        """
-        ids = self._list_ids()
-        end = None if limit is None else offset + limit
-        return [*self._read_all(ids[offset:end])], len(ids)
-
-    def unfinished(self) -> list[StoredStudy]:
-        """Unfinished studies that can continue, oldest first."""
-        return [stored for stored in self._all() if stored.end is None and not stored.finding][::-1]
 
     def path_of(self, study_id: str) -> Path:
         """Path of the file of a finished study."""
@@ -172,7 +162,7 @@ class StudyStore:
             raise RecordingError(f"cannot delete study '{study_id}': {error.strerror}") from error
         # A sidecar alone is not a study; other files with its name are retained.
         with suppress(OSError):
-            self._sidecars.path_of(study_id).unlink(missing_ok=True)
+            self._sidecar(study_id).unlink(missing_ok=True)
         self._seen.pop(study_id, None)
 
     def keeper_of(self, stored: StoredStudy) -> Callable[[StudyRun], str | None]:
@@ -203,7 +193,7 @@ class StudyStore:
         """
         assert run.recording is not None
         run_id, mark = self.mark_of(stored, run.row.index)
-        return self._runs.keep(run_id, run.recording.data, run.recording.description, mark)
+        return self.runs.keep(run_id, run.recording.data, run.recording.description, mark)
 
     def mark_of(self, stored: StoredStudy, index: int) -> tuple[str, Annotations]:
         """The id of the recording of a run, and its automatic annotations."""
@@ -213,7 +203,7 @@ class StudyStore:
     def find_recording(self, stored: StoredStudy, index: int) -> StoredRun | None:
         """The recording of a run of a study, if it exists."""
         try:
-            return self._runs.get(derived_id(stored.id, index))
+            return self.runs.get(derived_id(stored.id, index))
         except RecordingNotFoundError:
             return None
 
@@ -233,23 +223,11 @@ class StudyStore:
                 return part_of(path)
         raise StudyNotFoundError(study_id)
 
-    def _list_ids(self) -> list[str]:
-        ids = {
-            path.name.partition(".")[0]
-            for suffix in (f".mcap{PART_SUFFIX}", ".mcap")
-            for path in self._folder.glob(f"*{suffix}")
-            if _is_own_file(path)
-        }
-        return sorted(filter(ID.fullmatch, ids), reverse=True)
-
-    def _all(self) -> list[StoredStudy]:
-        return [*self._read_all(self._list_ids())]
-
-    def _read_all(self, ids: list[str]) -> Iterator[StoredStudy]:
-        for study_id in ids:
-            # A study that is deleted meanwhile no longer counts.
-            with suppress(StudyNotFoundError):
-                yield self.get(study_id)
+    def _find_names(self) -> Iterator[str]:
+        # Unfinished files first, because one may be finished and renamed meanwhile.
+        for suffix in (f".mcap{PART_SUFFIX}", ".mcap"):
+            paths = filter(_is_own_file, self._folder.glob(f"*{suffix}"))
+            yield from (path.name.partition(".")[0] for path in paths)
 
     def _read_again(self, study_id: str, path: Path, known: StoredStudy | None) -> StoredStudy:
         """Describes a study from its file, if the sidecar is missing or older; reads it once."""
@@ -260,13 +238,16 @@ class StudyStore:
         stamp = (path, status.st_size, status.st_mtime_ns, status.st_ino)
         if (seen := self._seen.get(study_id)) is not None and seen[0] == stamp:
             return seen[1]
-        made = known or unknown_study(study_id, time_of(status))
+        stored = known or StoredStudy(id=study_id, created=time_of(status))
         try:
-            stored = told_by_file(path, made)
+            with open_study(path) as reader:
+                for _ in reader.chunks():
+                    pass
         except RecordingError as error:
             _logger.warning("study %s cannot be read: %s", study_id, error)
-            stored = replace(made, finding=told_within(error, self._folder))
+            stored = replace(stored, finding=told_within(error, self._folder))
         else:
+            stored = replace(stored, **_facts_of(reader.study), end=reader.end)
             self._note(stored)
         self._seen[study_id] = stamp, stored
         return stored
@@ -274,9 +255,20 @@ class StudyStore:
     def _note(self, stored: StoredStudy) -> None:
         """Writes the sidecar if possible; otherwise the file suffices."""
         try:
-            self._sidecars.write(stored)
+            self._write_sidecar(stored)
         except RecordingError as error:
             _logger.warning("study %s has an old sidecar: %s", stored.id, error)
+
+
+def _facts_of(study: Study) -> dict[str, Any]:
+    """The description of a study that its sidecar has."""
+    return {
+        "title": study.title,
+        "base_name": study.base_name,
+        "keys": study.keys,
+        "num_runs": study.num_runs,
+        "recordings": study.recordings,
+    }
 
 
 def _is_own_file(path: Path) -> bool:

@@ -14,13 +14,11 @@ from collections.abc import Sequence
 from contextlib import suppress
 from itertools import chain, islice
 from pathlib import Path
-from types import TracebackType
-from typing import BinaryIO, Self
+from typing import Self
 
 import numpy as np
 from mcap.opcode import Opcode
 
-from slipgrasp.core.file_lock import try_lock
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.core.study.definition import Study
 from slipgrasp.recordings.exceptions import (
@@ -28,7 +26,7 @@ from slipgrasp.recordings.exceptions import (
     RecordingExistsError,
     RecordingWriteError,
 )
-from slipgrasp.recordings.file.atomic_file import atomic_file, part_of, sync_folder
+from slipgrasp.recordings.file.atomic_file import atomic_file, open_locked, part_of, sync_folder
 from slipgrasp.recordings.file.container import MESSAGE_HEAD, ChannelBlock, McapContainer
 from slipgrasp.recordings.file.documents import STUDY_PROFILE
 from slipgrasp.recordings.study.documents import (
@@ -38,13 +36,12 @@ from slipgrasp.recordings.study.documents import (
     STUDY_START,
     STUDY_STOP,
     StudyEnd,
+    add_rows_topic,
     definition_document,
-    rows_channel,
-    rows_schema,
     start_document,
     stop_document,
 )
-from slipgrasp.recordings.study.reader import StudySoFar, read_rows_so_far
+from slipgrasp.recordings.study.reader import StudyReader, read_rows_so_far
 from slipgrasp.recordings.study.study_row import RowsHash, StudyRow, decode_row, encode_row
 
 RUNS_PER_CHUNK = 20
@@ -90,7 +87,7 @@ class StudyWriter:
         if not self._overwrite and self._path.exists():
             raise RecordingExistsError(self._path)
         try:
-            self._stream = _open_locked(self._part)
+            self._stream = open_locked(self._part, "another study is writing it")
             is_new = os.fstat(self._stream.fileno()).st_size == 0
             try:
                 self._begin()
@@ -105,12 +102,7 @@ class StudyWriter:
             raise self._failed(error) from error
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         # After a disk failure, errors of closing add no information.
         with suppress(OSError):
             self._stream.close()
@@ -133,6 +125,19 @@ class StudyWriter:
                 self._synced_at = time.monotonic()
         except OSError as error:
             raise self._failed(error) from error
+
+    def ending(self, message: str = "") -> StudyEnd:
+        """The end of the study with the rows so far: ``cancelled`` if some are missing.
+
+        Args:
+            message: Further message in a sentence.
+        """
+        return StudyEnd(
+            state="completed" if self.num_rows == self.num_runs else "cancelled",
+            runs=self.num_rows,
+            outcomes=dict(sorted(self.outcomes.items())),
+            message=message,
+        )
 
     def finish(self, end: StudyEnd) -> None:
         """Writes the end of the study, and renames the file to its final name.
@@ -165,8 +170,8 @@ class StudyWriter:
             with atomic_file(self._path, overwrite=True, part_suffix=REGULAR_SUFFIX) as stream:
                 regular = StudyWriter(self._path, self._study)
                 regular._stream = stream
-                regular._write_head(so_far)
-                payloads = chain.from_iterable(so_far.chunks)
+                regular._write_head(so_far[0])
+                payloads = chain.from_iterable(so_far[1])
                 while chunk := list(islice(payloads, RUNS_PER_CHUNK)):
                     regular._add(chunk)
                 regular._end(end)
@@ -180,19 +185,18 @@ class StudyWriter:
 
         The existing content is rewritten unchanged, so that an interruption loses nothing.
         """
-        so_far = read_rows_so_far(self._part)
-        definition = definition_document(self._study)
-        if so_far is not None and so_far.definition != definition:
+        known, chunks = read_rows_so_far(self._part) or (None, [])
+        if known is not None and known.definition != definition_document(self._study):
             cause = f"'{self._part.name}' belongs to another study; delete or move it"
             raise RecordingBusyError(self._path, cause)
-        if so_far is not None and so_far.start.get(LAWS) != start_document(self._study).get(LAWS):
+        if known is not None and known.start.get(LAWS) != start_document(self._study).get(LAWS):
             cause = (
                 f"'{self._part.name}' was started with another version of its control law; delete "
                 "it to start again, or restore the original version"
             )
             raise RecordingBusyError(self._path, cause)
-        self._write_head(so_far)
-        for payloads in so_far.chunks if so_far is not None else ():
+        self._write_head(known)
+        for payloads in chunks:
             self._add(payloads)
             self.outcomes.update(decode_row(payload).outcome.value for payload in payloads)
         self._stream.truncate()
@@ -200,17 +204,16 @@ class StudyWriter:
         os.fsync(self._stream.fileno())
         sync_folder(self._part.parent)
 
-    def _write_head(self, so_far: StudySoFar | None) -> None:
+    def _write_head(self, known: StudyReader | None) -> None:
         """Writes everything before the rows, unchanged if the study is continued."""
         definition = definition_document(self._study)
-        start = start_document(self._study) if so_far is None else dict(so_far.start)
-        library = f"slipgrasp {program_version()}" if so_far is None else so_far.library
+        start = start_document(self._study) if known is None else dict(known.start)
+        library = f"slipgrasp {program_version()}" if known is None else known.library
         self._stream.seek(0)
         self._container = McapContainer(self._stream, profile=STUDY_PROFILE, library=library)
         self._container.add_metadata(STUDY_START, start)
         self._container.add_attachment(DEFINITION, "application/json", definition)
-        self._container.add_schema(rows_schema())
-        self._container.add_channel(rows_channel())
+        add_rows_topic(self._container)
 
     def _add(self, payloads: Sequence[bytes]) -> None:
         self._is_regular &= self.num_rows % RUNS_PER_CHUNK == 0
@@ -236,16 +239,3 @@ class StudyWriter:
 
     def _failed(self, error: OSError) -> RecordingWriteError:
         return RecordingWriteError(self._path, error.strerror or type(error).__name__)
-
-
-def _open_locked(part: Path) -> BinaryIO:
-    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
-    stream = os.fdopen(os.open(part, flags, 0o666), "r+b")
-    try:
-        if not try_lock(stream):
-            stream.close()
-            raise RecordingBusyError(part, "another study is writing it")
-    except OSError:
-        # Without locks in the file system, only one service per folder prevents conflicts.
-        pass
-    return stream

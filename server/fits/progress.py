@@ -56,7 +56,7 @@ class FitStatus:
         )
 
 
-class LiveFit(Job):
+class LiveFit(Job[FitStatus]):
     """A fit from its creation, or the service's start, to its end.
 
     Args:

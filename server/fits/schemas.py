@@ -9,27 +9,15 @@ from pydantic import BaseModel, ConfigDict, Field
 from slipgrasp.core.fit.problem import NUISANCES
 from slipgrasp.core.fit.profile import ParameterClass
 from slipgrasp.core.fit.progress import FitProgress
-from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.loading import scenario_from_mapping, with_values
 from slipgrasp.recordings.fit.request import FitRequest
 from slipgrasp.server.addresses import fit_path, run_path
 from slipgrasp.server.fits.progress import FitStatus
 from slipgrasp.server.jobs.job import StudyState
-from slipgrasp.server.paging import Limit, Offset
-from slipgrasp.server.runs.scenarios import find_preset
+from slipgrasp.server.runs.scenarios import ChangedValues, ChosenScenario, changed_scenario
 
 Key = Annotated[str, Field(min_length=1, max_length=200)]
 RunId = Annotated[str, Field(min_length=1, max_length=60)]
 Noise = Annotated[float, Field(gt=0.0, lt=1e9, allow_inf_nan=False)]
-
-
-class FitsQuery(BaseModel):
-    """Query of a list of fits."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    limit: Limit = 100
-    offset: Offset = 0
 
 
 class FitCreate(BaseModel):
@@ -49,14 +37,8 @@ class FitCreate(BaseModel):
     )
 
     recording: Annotated[RunId, Field(description="id of measured data or of a run")]
-    scenario: Annotated[
-        str | dict[str, Any],
-        Field(description="Name of a preset, or a scenario as GET /presets/NAME gives one."),
-    ]
-    values: Annotated[
-        dict[str, Any],
-        Field(alias="set", description="Dotted key to value; GET /parameters lists the keys."),
-    ] = {}
+    scenario: ChosenScenario
+    values: ChangedValues = {}
     free: Annotated[
         list[Key],
         Field(
@@ -100,7 +82,7 @@ class FitCreate(BaseModel):
         """
         return FitRequest(
             recording=self.recording,
-            scenario=self._scenario().to_mapping(),
+            scenario=changed_scenario(self.scenario, self.values).to_mapping(),
             free=tuple(self.free),
             signals=self.signals,
             nuisance=tuple(self.nuisance),
@@ -111,13 +93,6 @@ class FitCreate(BaseModel):
             seed=self.seed,
             title=self.title,
         )
-
-    def _scenario(self) -> Scenario:
-        if isinstance(self.scenario, dict):
-            base = scenario_from_mapping(self.scenario)
-        else:
-            base = find_preset(self.scenario)
-        return with_values(base, self.values) if self.values else base
 
 
 class FitParameterPublic(BaseModel):

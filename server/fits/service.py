@@ -15,7 +15,6 @@ from slipgrasp.server.budget import MemoryBudget
 from slipgrasp.server.exceptions import InvalidRequestError, printable
 from slipgrasp.server.fits.need import check_values, need_of
 from slipgrasp.server.fits.progress import FitStatus, LiveFit
-from slipgrasp.server.jobs.job import Job
 from slipgrasp.server.jobs.queue import JobQueue
 from slipgrasp.server.jobs.service import JobService
 from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
@@ -36,6 +35,7 @@ class FitService(JobService[StoredFit, FitStatus]):
     noun = "fit"
     path_of = fit_path
     live_type = LiveFit
+    ended_status = FitStatus.of
 
     def __init__(
         self,
@@ -92,13 +92,6 @@ class FitService(JobService[StoredFit, FitStatus]):
             problem, _ = request.read(runs)
             check_values(problem)
         return request
-
-    def _ended_status(self, stored: StoredFit, finding: str) -> FitStatus:
-        return FitStatus.of(stored, finding)
-
-    def _live_status(self, live: Job) -> FitStatus:
-        assert isinstance(live, LiveFit)
-        return live.status()
 
     def _continued(self, stored: StoredFit) -> LiveFit:
         return LiveFit(stored, self.store, self._memory)

@@ -89,6 +89,8 @@ READ_ONLY = Rejection(
     403, "This token is read-only; ask the person who started the server for the full token."
 )
 
+FOREIGN = Rejection(403, "The request comes from another site's page; open this address directly.")
+
 
 def check_access(
     hosts: Sequence[str],
@@ -185,9 +187,7 @@ class AccessGuard:
             return rejection
         if _is_opening(scope, headers):
             return None
-        return Rejection(
-            403, "The request comes from another site's page; open this address directly."
-        )
+        return FOREIGN
 
     def _check_sender(self, scope: Scope, headers: Headers) -> Rejection | Response | None:
         """Checks the right of the sender; a link with a token gets a redirect."""
@@ -285,9 +285,7 @@ def _check_listener(connection: ServerConnection, request: Request) -> Rejection
     if rejection is not None:
         return rejection
     if is_foreign(headers.get_all("Sec-Fetch-Site")):
-        return Rejection(
-            403, "The request comes from another site's page; open this address directly."
-        )
+        return FOREIGN
     shown = bearer_tokens(headers.get_all("Authorization"))
     is_relay = any(secrets.compare_digest(t.encode(), RELAY_TOKEN.encode()) for t in shown)
     return None if is_relay else UNKNOWN

@@ -8,11 +8,15 @@ from __future__ import annotations
 
 import asyncio
 import logging
+from collections.abc import Mapping
 from typing import Any
 
+import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from slipgrasp.server.exceptions import RETRY_AFTER
 from slipgrasp.server.http.errors import problem_response
+from slipgrasp.server.peers import Connection
 
 try:
     import resource
@@ -26,7 +30,6 @@ MAX_CONNECTIONS = 1000
 DESCRIPTORS_KEPT = 128
 DESCRIPTORS_EACH = 2
 MAX_SHARE_OF_PEER = 0.5
-RETRY_AFTER = 5
 BACKLOG = 100
 """Number of connections that are accepted at a time."""
 
@@ -45,8 +48,11 @@ def connection_limit() -> int:
     return max(min((descriptors - DESCRIPTORS_KEPT) // DESCRIPTORS_EACH, MAX_CONNECTIONS), 1)
 
 
-class BoundedConnection(H11Protocol):
-    """A connection with time limits for sending a request and receiving the response."""
+class GuardedProtocol(H11Protocol):
+    """A connection with time limits for sending a request and receiving the response.
+
+    It is in the ``state`` of each request, and of the websocket it may become.
+    """
 
     max_connections = connection_limit()
 
@@ -59,6 +65,10 @@ class BoundedConnection(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:
         """Accepts a new connection, or rejects it if none can be closed for it."""
         super().connection_made(transport)
+        ends = (transport.get_extra_info("sockname"), transport.get_extra_info("peername"))
+        if all(ends):
+            local, peer = ends
+            self.app_state = {**self.app_state, "connection": Connection(local[:2], peer[:2])}
         if self._has_capacity():
             self._watch()
         else:
@@ -141,7 +151,7 @@ class BoundedConnection(H11Protocol):
 
     def _let_longest_wait_go(self, among: list[Any]) -> bool:
         waiting = [
-            c for c in among if isinstance(c, BoundedConnection) and c.is_waiting and c is not self
+            c for c in among if isinstance(c, GuardedProtocol) and c.is_waiting and c is not self
         ]
         if not waiting:
             return False
@@ -153,12 +163,26 @@ class BoundedConnection(H11Protocol):
         _logger.warning("refused a connection: %d are open", len(self.connections) - 1)
         self._is_refused = True
         detail = f"too many connections are open; try again in {RETRY_AFTER} s"
-        headers = {"Retry-After": str(RETRY_AFTER), "Connection": "close"}
-        answer = problem_response(503, detail, headers=headers)
-        head = b"".join(name + b": " + value + b"\r\n" for name, value in answer.raw_headers)
-        self.transport.write(b"HTTP/1.1 503 Service Unavailable\r\n" + head + b"\r\n")
-        self.transport.write(bytes(answer.body))
+        self._end_with(503, detail, {"Retry-After": str(RETRY_AFTER)})
         self.let_go()
+
+    def send_400_response(self, msg: str) -> None:
+        """Responds to invalid HTTP, unless a response was sent, and closes the connection."""
+        if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
+            self._end_with(400, msg)
+        self.transport.close()
+
+    def _end_with(self, status: int, detail: str, headers: Mapping[str, str] | None = None) -> None:
+        """Sends the last response of the connection."""
+        answer = problem_response(
+            status, detail, headers={"Connection": "close", **(headers or {})}
+        )
+        for event in (
+            h11.Response(status_code=answer.status_code, headers=answer.raw_headers),
+            h11.Data(data=bytes(answer.body)),
+            h11.EndOfMessage(),
+        ):
+            self.transport.write(self.conn.send(event) or b"")
 
 
 def _peer_of(connection: Any) -> str:

@@ -16,6 +16,7 @@ from io import TextIOWrapper
 from os import SEEK_END
 from typing import Any, BinaryIO, TextIO
 
+from pydantic import BaseModel, Field
 from starlette.concurrency import run_in_threadpool
 from starlette.responses import Response, StreamingResponse
 from starlette.types import Receive, Scope, Send
@@ -38,27 +39,21 @@ _RANGE = re.compile(r"bytes *= *([0-9]*) *- *([0-9]*)", re.IGNORECASE)
 _FAR_BEYOND_THE_END = 10**18
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DownloadRequest:
-    """Conditions and range of a request; each header is None if absent.
+class DownloadRequest(BaseModel):
+    """Conditions and range of a request, from headers of these names."""
 
-    Attributes:
-        is_head: Whether only the headers are requested.
-        range: Requested range.
-        if_range: Entity tag required for the range; otherwise the whole file is sent.
-        if_match: Entity tags required for any response.
-        if_none_match: Entity tags that the client has.
-    """
-
-    is_head: bool = False
-    range: str | None = None
-    if_range: str | None = None
-    if_match: str | None = None
-    if_none_match: str | None = None
-
-    def wants_part(self, tag: str) -> bool:
-        """Whether a range, if requested, applies to this tag; never for HEAD."""
-        return not self.is_head and (self.if_range is None or self.if_range.strip() == tag)
+    range: str | None = Field(
+        default=None,
+        description="range of bytes; one range only, otherwise the whole file is sent",
+        examples=["bytes=0-1023"],
+    )
+    if_range: str | None = Field(
+        default=None, description="send the range only if the `ETag` still matches"
+    )
+    if_match: str | None = Field(default=None, description="respond with 412 if the `ETag` differs")
+    if_none_match: str | None = Field(
+        default=None, description="respond with 304 if the `ETag` still matches"
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,7 +89,8 @@ class Download:
             return Response(status_code=304, headers={"ETag": self.tag})
         file = self.open()
         size = file.seek(0, SEEK_END)
-        part = _part(asked.range, size) if asked.wants_part(self.tag) else None
+        is_same = asked.if_range is None or asked.if_range.strip() == self.tag
+        part = _part(asked.range, size) if is_same else None
         if part is not None and not part:
             file.close()
             detail = f"Range is '{printable(asked.range or '')}', but the file has {size} bytes"
@@ -112,7 +108,6 @@ class Download:
             206 if part else 200,
             headers,
             self.media_type,
-            asked.is_head,
         )
 
 
@@ -126,14 +121,14 @@ class _FileAnswer(StreamingResponse):
         status: int,
         headers: dict[str, str],
         media_type: str,
-        is_head: bool,
     ) -> None:
         headers["Content-Length"] = str(len(part))
-        sent = range(0) if is_head else part
-        super().__init__(_pieces(file, sent), status, headers, media_type)
+        super().__init__(_pieces(file, part), status, headers, media_type)
         self._file = file
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["method"] == "HEAD":
+            self.body_iterator = _pieces(self._file, range(0))
         try:
             await super().__call__(scope, receive, send)
         finally:

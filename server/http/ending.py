@@ -47,7 +47,7 @@ class EndingLimit:
                 await send(message)
 
         # A separate task, because its waiting threads cannot be cancelled.
-        answer = asyncio.create_task(self._answer(scope, receive, send_in_time))
+        answer = asyncio.ensure_future(self._app(scope, receive, send_in_time))
         try:
             await asyncio.wait((answer, self._end), return_when=asyncio.FIRST_COMPLETED)
             is_given_up = not (has_begun or answer.done())
@@ -59,15 +59,12 @@ class EndingLimit:
         finally:
             answer.cancel()
 
-    async def _answer(self, scope: Scope, receive: Receive, send: Send) -> None:
-        await self._app(scope, receive, send)
-
     async def _wait_for_end(self) -> None:
         await self._stopping.wait()
         await asyncio.sleep(ANSWER_SECONDS)
 
 
-def _ignore(answer: asyncio.Task[None]) -> None:
+def _ignore(answer: asyncio.Future[None]) -> None:
     """Retrieves the error of a response that is no longer needed."""
     if not answer.cancelled():
         answer.exception()

@@ -30,6 +30,7 @@ from slipgrasp.recordings.exceptions import (
 from slipgrasp.recordings.study.rebuild import RebuildError
 from slipgrasp.server.addresses import DOCS_PATH, from_outside
 from slipgrasp.server.exceptions import (
+    RETRY_AFTER,
     BodyTooLargeError,
     BodyTooSlowError,
     IdempotencyKeyReusedError,
@@ -67,7 +68,6 @@ STATUSES: Mapping[type[SlipgraspError], int] = {
     BodyTooLargeError: 413,
     UnsupportedBodyError: 415,
     IdempotencyKeyReusedError: 422,
-    InvalidRequestError: 422,
     ScenarioError: 422,
     MemoryLimitError: 422,
     RecordingWriteError: 507,
@@ -79,15 +79,6 @@ STATUSES: Mapping[type[SlipgraspError], int] = {
     ServiceBusyError: 503,
 }
 """The status of each error; the first match applies."""
-
-
-class FieldErrorPublic(BaseModel):
-    """One wrong field of a request."""
-
-    field: str
-    value: float | int | bool | str | None
-    limit: str | None
-    message: str
 
 
 class ProblemPublic(BaseModel):
@@ -116,7 +107,7 @@ class ProblemPublic(BaseModel):
     title: str
     status: int
     detail: str
-    errors: list[FieldErrorPublic] = []
+    errors: list[FieldError] = []
 
     @classmethod
     def responses(cls, statuses: Iterable[int]) -> dict[int | str, dict[str, Any]]:
@@ -168,14 +159,14 @@ async def _answer_own_error(request: Request, error: Exception) -> JSONResponse:
     errors: Sequence[FieldError] = ()
     headers: dict[str, str] = {}
     told = told_within(error, request.app.state.settings.data_directory)
-    if isinstance(error, (ScenarioError, InvalidRequestError)):
+    if isinstance(error, ScenarioError):
         errors = error.errors
     elif isinstance(error, AnnotationError):
         errors = (FieldError(field=error.field, value=None, limit=None, message=told),)
     elif status in (400, 422):
         errors = (FieldError(field="", value=None, limit=None, message=told),)
     if isinstance(error, ServiceBusyError):
-        headers["Retry-After"] = str(error.retry_after)
+        headers["Retry-After"] = str(RETRY_AFTER)
     if isinstance(error, BodyTooSlowError):
         # Other clients still send the rest of the body, which is discarded for some seconds,
         # because a client that sends to a closed connection cannot read the response.

@@ -7,7 +7,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
-from tempfile import TemporaryDirectory, gettempdir, mkstemp
+from tempfile import gettempdir, mkstemp
 from threading import Lock, Semaphore
 from typing import BinaryIO
 
@@ -21,7 +21,6 @@ PATIENCE = 10.0
 """Waiting time for another slow file [s]."""
 MAX_WAITING = 16
 """Number of requests that may wait: each occupies a thread."""
-RETRY_AFTER = 5
 
 
 class FileCache:
@@ -35,7 +34,6 @@ class FileCache:
     def __init__(self, max_bytes: int = MAX_BYTES, max_files: int = MAX_FILES) -> None:
         self._max_bytes = max_bytes
         self._max_files = max_files
-        self._folder: TemporaryDirectory[str] | None = None
         self._files: OrderedDict[str, tuple[Path, int]] = OrderedDict()
         self._lock = Lock()
         self._long_turn = Lock()
@@ -56,76 +54,55 @@ class FileCache:
             RecordingWriteError: If there is no space for it.
             ServiceBusyError: If another slow file is not finished in time.
         """
-        if (known := self._locked_known(tag)) is not None:
+        if (known := self._open_known(tag)) is not None:
             return known
         with self._turn() if takes_long else nullcontext():
             # A request that waited may find the file.
-            return self._locked_known(tag) or self._make_and_keep(tag, write)
-
-    def _locked_known(self, tag: str) -> BinaryIO | None:
-        with self._lock:
-            return self._open_known(tag)
+            return self._open_known(tag) or self._make_and_keep(tag, write)
 
     @contextmanager
     def _turn(self) -> Iterator[None]:
         with ExitStack() as stack:
             for gate, patience in ((self._places, 0.0), (self._long_turn, PATIENCE)):
                 if not gate.acquire(timeout=patience):
-                    raise ServiceBusyError(1, RETRY_AFTER, "long table is already being written")
+                    raise ServiceBusyError("another long table is being written")
                 stack.callback(gate.release)
             yield
 
-    def _make_and_keep(self, tag: str, write: Callable[[BinaryIO], object]) -> BinaryIO:
-        with self._lock:
-            folder = self._find_folder()
-        path = _make(folder, write)
-        file = path.open("rb")
-        with self._lock:
-            self._keep(tag, path, os.fstat(file.fileno()).st_size)
-        return file
-
     def close(self) -> None:
-        """Deletes all files."""
+        """Deletes all files, and keeps no more."""
         with self._lock:
-            self._files.clear()
-            if self._folder is not None:
-                self._folder.cleanup()
-                self._folder = None
+            self._max_files = 0
+            self._drop_oldest()
 
     def _open_known(self, tag: str) -> BinaryIO | None:
         """A cached file, if it still exists; temporary files may be deleted by the system."""
-        if tag not in self._files:
-            return None
-        self._files.move_to_end(tag)
-        try:
-            return self._files[tag][0].open("rb")
-        except FileNotFoundError:
-            self._drop(tag)
-            return None
-
-    def _find_folder(self) -> Path:
-        """The folder of the files, created if missing."""
-        if self._folder is not None and not Path(self._folder.name).is_dir():
-            self._folder.cleanup()
-            self._folder = None
-        if self._folder is None:
+        with self._lock:
+            if tag not in self._files:
+                return None
+            self._files.move_to_end(tag)
             try:
-                self._folder = TemporaryDirectory(prefix="slipgrasp-")
-            except OSError as error:
-                cause = error.strerror or "no space"
-                raise RecordingWriteError(Path(gettempdir()), cause) from error
-        return Path(self._folder.name)
+                return self._files[tag][0].open("rb")
+            except FileNotFoundError:
+                del self._files[tag]
+                return None
 
-    def _keep(self, tag: str, path: Path, size: int) -> None:
-        """Adds a file; if two requests created the same one, the later one is kept."""
-        self._drop(tag)
-        self._files[tag] = path, size
-        while self._is_too_large():
+    def _make_and_keep(self, tag: str, write: Callable[[BinaryIO], object]) -> BinaryIO:
+        path = _make(write)
+        file = path.open("rb")
+        with self._lock:
+            # Two requests may have created the same file; the later one is kept.
+            self._drop(tag)
+            self._files[tag] = path, os.fstat(file.fileno()).st_size
+            self._drop_oldest()
+        return file
+
+    def _drop_oldest(self) -> None:
+        while (
+            sum(size for _, size in self._files.values()) > self._max_bytes
+            or len(self._files) > self._max_files
+        ):
             self._drop(next(iter(self._files)))
-
-    def _is_too_large(self) -> bool:
-        total = sum(size for _, size in self._files.values())
-        return total > self._max_bytes or len(self._files) > self._max_files
 
     def _drop(self, tag: str) -> None:
         if tag in self._files:
@@ -133,14 +110,14 @@ class FileCache:
             path.unlink(missing_ok=True)
 
 
-def _make(folder: Path, write: Callable[[BinaryIO], object]) -> Path:
+def _make(write: Callable[[BinaryIO], object]) -> Path:
     with ExitStack() as on_failure:
         try:
-            descriptor, name = mkstemp(dir=folder)
+            descriptor, name = mkstemp(prefix="slipgrasp-")
             on_failure.callback(Path(name).unlink, missing_ok=True)
             with os.fdopen(descriptor, "wb+") as stream:
                 write(stream)
         except OSError as error:
-            raise RecordingWriteError(folder, error.strerror or "no space") from error
+            raise RecordingWriteError(Path(gettempdir()), error.strerror or "no space") from error
         on_failure.pop_all()
     return Path(name)

@@ -47,47 +47,21 @@ _GAUGES: Mapping[str, tuple[str, Callable[[State], float]]] = {
 }
 
 
-class Metrics:
-    """The metrics of one application.
+def add_metrics(app: FastAPI) -> None:
+    """Adds the metrics of an application, whose services are in its state."""
+    registry = CollectorRegistry()
+    ProcessCollector(registry=registry)
+    for name, (text, measure) in _GAUGES.items():
+        gauge = Gauge(f"slipgrasp_{name}", text, registry=registry)
+        gauge.set_function(lambda measure=measure: measure(app.state))
+    # Outermost, so that rejections by other middleware are counted too.
+    app.add_middleware(AnswerMeter, registry=registry)
 
-    Attributes:
-        registry: Registry of all metrics.
-    """
-
-    def __init__(self) -> None:
-        self.registry = CollectorRegistry()
-        self._answers = Counter(
-            "slipgrasp_http_answers",
-            "Responses by method and status, including rejections",
-            ("method", "status"),
-            registry=self.registry,
-        )
-        self._seconds = Histogram(
-            "slipgrasp_http_answer_seconds",
-            "Time until the head of a response",
-            registry=self.registry,
-            buckets=_SECONDS,
-        )
-        ProcessCollector(registry=self.registry)
-
-    def add_to(self, app: FastAPI) -> None:
-        """Adds the metrics to an application, whose services are in its state."""
-        for name, (text, measure) in _GAUGES.items():
-            gauge = Gauge(f"slipgrasp_{name}", text, registry=self.registry)
-            gauge.set_function(lambda measure=measure: measure(app.state))
-        # Outermost, so that rejections by other middleware are counted too.
-        app.add_middleware(AnswerMeter, metrics=self)
-        app.add_api_route(METRICS_PATH, self._show, include_in_schema=False)
-
-    def note(self, method: str, status: int, seconds: float) -> None:
-        """Counts a response."""
-        # Unknown methods share a label, so that the number of labels is limited.
-        self._answers.labels(method if method in _METHODS else "other", str(status)).inc()
-        self._seconds.observe(seconds)
-
-    def _show(self, request: Request) -> Response:
+    def show_metrics(request: Request) -> Response:
         encode, content_type = choose_encoder(request.headers.get("accept", ""))
-        return Response(encode(self.registry), headers={"Content-Type": content_type})
+        return Response(encode(registry), headers={"Content-Type": content_type})
+
+    app.add_api_route(METRICS_PATH, show_metrics, include_in_schema=False)
 
 
 class AnswerMeter:
@@ -95,12 +69,23 @@ class AnswerMeter:
 
     Args:
         app: The application.
-        metrics: The metrics.
+        registry: Registry of its metrics.
     """
 
-    def __init__(self, app: ASGIApp, metrics: Metrics) -> None:
+    def __init__(self, app: ASGIApp, registry: CollectorRegistry) -> None:
         self._app = app
-        self._metrics = metrics
+        self._answers = Counter(
+            "slipgrasp_http_answers",
+            "Responses by method and status, including rejections",
+            ("method", "status"),
+            registry=registry,
+        )
+        self._seconds = Histogram(
+            "slipgrasp_http_answer_seconds",
+            "Time until the head of a response",
+            registry=registry,
+            buckets=_SECONDS,
+        )
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handles one connection; protocols other than HTTP pass unchanged."""
@@ -113,7 +98,10 @@ class AnswerMeter:
             nonlocal is_answered
             if not is_answered:
                 is_answered = True
-                self._metrics.note(scope["method"], status, time.perf_counter() - began)
+                # Unknown methods share a label, so that the number of labels is limited.
+                method = scope["method"] if scope["method"] in _METHODS else "other"
+                self._answers.labels(method, str(status)).inc()
+                self._seconds.observe(time.perf_counter() - began)
 
         async def send_and_note(message: Message) -> None:
             if message["type"] == "http.response.start":

@@ -6,7 +6,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from enum import StrEnum
-from typing import Protocol
+from typing import Generic, Protocol, TypeVar
 
 ShouldStop = Callable[[], bool]
 
@@ -40,6 +40,9 @@ class JobStatus(Protocol):
         ...
 
 
+StatusT = TypeVar("StatusT", bound=JobStatus)
+
+
 class JobEnd(Protocol):
     """End of a job."""
 
@@ -54,7 +57,7 @@ class JobEnd(Protocol):
         ...
 
 
-class Job(ABC):
+class Job(ABC, Generic[StatusT]):
     """A job from its creation, or the service's start, to its end.
 
     Args:
@@ -123,5 +126,5 @@ class Job(ABC):
         """
 
     @abstractmethod
-    def status(self) -> JobStatus:
+    def status(self) -> StatusT:
         """Progress of the job."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable
+from typing import Any
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.server.exceptions import ServiceBusyError
@@ -33,7 +34,7 @@ class JobQueue:
         self._settings = settings
         self._wait_for_recordings = wait_for_recordings
         self._lock = threading.Lock()
-        self._jobs: dict[str, Job] = {}
+        self._jobs: dict[str, Job[Any]] = {}
         self._worker: threading.Thread | None = None
         self._closing = threading.Event()
 
@@ -45,7 +46,7 @@ class JobQueue:
         if worker is not None:
             worker.join()
 
-    def all(self) -> dict[str, Job]:
+    def all(self) -> dict[str, Job[Any]]:
         """Waiting, running and failed jobs, by id."""
         with self._lock:
             return dict(self._jobs)
@@ -63,16 +64,15 @@ class JobQueue:
         """
         waiting = sum(job.is_waiting for job in self.all().values())
         if waiting >= self._settings.max_studies_waiting:
-            busy_with = "studies or fits are waiting already"
-            raise ServiceBusyError(waiting, self._settings.retry_after, busy_with)
+            raise ServiceBusyError(f"{waiting} studies or fits are waiting already")
 
-    def add(self, job: Job) -> None:
+    def add(self, job: Job[Any]) -> None:
         """Adds a job, which starts when all earlier jobs have ended."""
         with self._lock:
             self._jobs[job.id] = job
         self._begin_next()
 
-    def cancel(self, job: Job) -> None:
+    def cancel(self, job: Job[Any]) -> None:
         """Cancels a job; immediately if it is waiting or has failed."""
         job.cancel()
         if job.begin(StudyState.FAILED):
@@ -92,7 +92,7 @@ class JobQueue:
                 self._worker = threading.Thread(target=self._run, args=(job,), name="job")
                 self._worker.start()
 
-    def _run(self, job: Job) -> None:
+    def _run(self, job: Job[Any]) -> None:
         try:
             while not (self._closing.is_set() or job.is_cancelled):
                 if self._wait_for_recordings(_POLL):
@@ -103,7 +103,7 @@ class JobQueue:
                 self._worker = None
             self._begin_next()
 
-    def _end(self, job: Job) -> None:
+    def _end(self, job: Job[Any]) -> None:
         """Runs the rest of a job, and sets its end.
 
         A failed job is not changed, so that it can be resumed, or continued by the next service.

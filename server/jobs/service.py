@@ -9,9 +9,10 @@ import logging
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import ClassVar, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from slipgrasp.recordings.exceptions import RecordingError
+from slipgrasp.recordings.store.job_store import JobStore, StoredJob
 from slipgrasp.server.exceptions import (
     IdempotencyKeyReusedError,
     JobEndedError,
@@ -19,7 +20,7 @@ from slipgrasp.server.exceptions import (
     ServiceBusyError,
     ServiceEndingError,
 )
-from slipgrasp.server.jobs.job import Job, JobStatus, StudyState
+from slipgrasp.server.jobs.job import Job, StatusT, StudyState
 from slipgrasp.server.jobs.queue import JobQueue
 from slipgrasp.server.request_keys import KeyedRequest
 from slipgrasp.server.settings import Settings
@@ -29,52 +30,8 @@ MAX_CHECKS = 4
 _logger = logging.getLogger(__name__)
 
 
-class StoredJob(Protocol):
-    """A job in its store."""
-
-    @property
-    def id(self) -> str:
-        """Id of the job."""
-        ...
-
-    @property
-    def request_digest(self) -> str:
-        """Digest of the request that created it."""
-        ...
-
-    @property
-    def finding(self) -> str:
-        """Reason why it cannot be read; empty if it can."""
-        ...
-
-
 StoredT = TypeVar("StoredT", bound=StoredJob)
-StatusT = TypeVar("StatusT", bound=JobStatus)
 CheckedT = TypeVar("CheckedT")
-
-
-class JobStore(Protocol[StoredT]):
-    """Store of jobs."""
-
-    def get(self, job_id: str, /) -> StoredT:
-        """One job by its id."""
-        ...
-
-    def list(self, offset: int, limit: int | None) -> tuple[list[StoredT], int]:
-        """Jobs, newest first, and their number."""
-        ...
-
-    def find_by_key(self, idempotency_key: str, /) -> StoredT | None:
-        """The job that was requested with a key."""
-        ...
-
-    def unfinished(self) -> list[StoredT]:
-        """Jobs that can be continued, oldest first."""
-        ...
-
-    def delete(self, job_id: str, /) -> None:
-        """Removes a job."""
-        ...
 
 
 class JobService(ABC, Generic[StoredT, StatusT]):
@@ -85,11 +42,19 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         queue: Queue that runs them.
         settings: The limits.
         is_ending: Whether the service is about to end, so that long work stops.
+
+    Attributes:
+        noun: Name of the kind.
+        path_of: Returns the path of a job.
+        live_type: Type of jobs in the queue.
+        ended_status: Returns the progress of a job that is not in the queue, from the job, and the
+            reason why it cannot continue: empty if it can, or has ended.
     """
 
     noun: ClassVar[str]
     path_of: ClassVar[Callable[[str], str]]
-    live_type: ClassVar[type[Job]]
+    live_type: ClassVar[type[Job[Any]]]
+    ended_status: ClassVar[Callable[[Any, str], Any]]
 
     def __init__(
         self,
@@ -108,20 +73,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         self._restored = threading.Event()
 
     @abstractmethod
-    def _ended_status(self, stored: StoredT, finding: str) -> StatusT:
-        """Progress of a job that is not in the queue.
-
-        Args:
-            stored: The job.
-            finding: Reason why it cannot continue; empty if it can, or has ended.
-        """
-
-    @abstractmethod
-    def _live_status(self, live: Job) -> StatusT:
-        """Progress of a job that waits, runs or has failed."""
-
-    @abstractmethod
-    def _continued(self, stored: StoredT) -> Job:
+    def _continued(self, stored: StoredT) -> Job[StatusT]:
         """Prepares a job of an earlier service, or a failed one, to be continued.
 
         Raises:
@@ -147,7 +99,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
             RecordingNotFoundError: If it does not exist.
         """
         live = self._find_live(job_id)
-        return self._status_of(self._jobs.get(job_id)) if live is None else self._live_status(live)
+        return self._status_of(self._jobs.get(job_id)) if live is None else live.status()
 
     def list(self, offset: int, limit: int) -> tuple[list[StatusT], int]:
         """The jobs, newest first, and their number.
@@ -161,8 +113,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         live = self._all_live()
         stored, count = self._jobs.list(offset, limit)
         statuses = [
-            self._live_status(live[job.id]) if job.id in live else self._status_of(job)
-            for job in stored
+            live[job.id].status() if job.id in live else self._status_of(job) for job in stored
         ]
         return statuses, count
 
@@ -180,7 +131,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         if live is None:
             return self.status(job_id)
         self._queue.cancel(live)
-        return self._live_status(live)
+        return live.status()
 
     def resume(self, job_id: str) -> StatusT:
         """Continues a failed job from its last state.
@@ -203,7 +154,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
             live = self._continued(self._jobs.get(job_id))
             self._broken.pop(job_id, None)
             self._queue.add(live)
-            return self._live_status(live)
+            return live.status()
 
     def delete(self, job_id: str) -> None:
         """Deletes a job permanently.
@@ -222,7 +173,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
         self,
         request: KeyedRequest,
         check: Callable[[], CheckedT],
-        make: Callable[[CheckedT], Job],
+        make: Callable[[CheckedT], Job[StatusT]],
     ) -> StatusT:
         """Accepts a job, or finds the job that the same request has already created.
 
@@ -245,18 +196,18 @@ class JobService(ABC, Generic[StoredT, StatusT]):
             self._queue.check_capacity()
             live = make(checked)
             self._queue.add(live)
-        return self._live_status(live)
+        return live.status()
 
-    def _all_live(self) -> dict[str, Job]:
+    def _all_live(self) -> dict[str, Job[StatusT]]:
         found = self._queue.all()
         return {key: job for key, job in found.items() if isinstance(job, self.live_type)}
 
-    def _find_live(self, job_id: str) -> Job | None:
+    def _find_live(self, job_id: str) -> Job[StatusT] | None:
         self._restored.wait()
         return self._all_live().get(job_id)
 
     def _status_of(self, stored: StoredT) -> StatusT:
-        return self._ended_status(stored, stored.finding or self._broken.get(stored.id, ""))
+        return type(self).ended_status(stored, stored.finding or self._broken.get(stored.id, ""))
 
     def _refuse_when_ending(self, share: float) -> None:
         """Called repeatedly during long work, with the completed fraction."""
@@ -273,8 +224,7 @@ class JobService(ABC, Generic[StoredT, StatusT]):
 
     def _checked(self, check: Callable[[], CheckedT]) -> CheckedT:
         if not self._checks.acquire(blocking=False):
-            busy_with = "requests of this kind are being checked already"
-            raise ServiceBusyError(MAX_CHECKS, self._settings.retry_after, busy_with)
+            raise ServiceBusyError(f"{MAX_CHECKS} requests of this kind are being checked already")
         try:
             return check()
         finally:

@@ -30,7 +30,7 @@ def diff_runs(
     paths = [service.get(run_id).path for run_id in (query.a, query.b)]
     with memory.reserve(Need.to_compare(*map(read_size, paths))):
         a, b = map(read_as_stated, paths)
-        return DiffPublic.from_comparison(compare(a, b, query.tolerance))
+        return DiffPublic.model_validate(compare(a, b, query.tolerance).to_mapping())
 
 
 @router.get(

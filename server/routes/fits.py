@@ -13,13 +13,10 @@ from slipgrasp.recordings.fit.fit_store import FitNotFoundError
 from slipgrasp.server.addresses import fit_path
 from slipgrasp.server.dependencies import (
     DownloadRequestDep,
-    EventSlotsDep,
+    EventRequestDep,
     FitCreateDep,
     FitServiceDep,
     IdempotencyKey,
-    LastEventId,
-    SettingsDep,
-    StoppingDep,
 )
 from slipgrasp.server.exceptions import JobUnfinishedError
 from slipgrasp.server.fits.progress import FitStatus
@@ -28,29 +25,20 @@ from slipgrasp.server.fits.schemas import (
     FitProgressPublic,
     FitPublic,
     FitsPublic,
-    FitsQuery,
 )
 from slipgrasp.server.fits.service import FitService
 from slipgrasp.server.http.conditions import file_tag
 from slipgrasp.server.http.downloads import BINARY, JSON, Download, download_responses
 from slipgrasp.server.http.errors import ProblemPublic
-from slipgrasp.server.http.job_events import has_nothing_new, stream_events
+from slipgrasp.server.http.job_events import event_responses
 from slipgrasp.server.http.openapi import json_body
 from slipgrasp.server.jobs.job import StudyState
-from slipgrasp.server.paging import page_links
+from slipgrasp.server.paging import PageQuery, page_links
 from slipgrasp.server.request_keys import KeyedRequest
 
 HTML = "text/html"
 _PAGE_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'self'"
 _LOCATION = {"Location": {"description": "Path of the fit", "schema": {"type": "string"}}}
-_EVENTS: dict[int | str, dict[str, Any]] = {
-    200: {
-        "description": "Events `progress` and `end`, whose data is the fit as "
-        "`GET /fits/{fit_id}` gives it",
-        "content": {"text/event-stream": {"schema": {"type": "string"}}},
-    },
-    204: {"description": "`Last-Event-ID` is that of the last event: there are no further ones"},
-}
 
 router = APIRouter(prefix="/fits", tags=["fits"])
 
@@ -83,7 +71,7 @@ async def create_fit(
 
 @router.get("", responses=ProblemPublic.responses((422,)))
 def list_fits(
-    query: Annotated[FitsQuery, Query()], service: FitServiceDep, request: Request
+    query: Annotated[PageQuery, Query()], service: FitServiceDep, request: Request
 ) -> FitsPublic:
     """The fits, newest first."""
     found, count = service.list(query.offset, query.limit)
@@ -101,30 +89,24 @@ def read_fit(fit_id: str, service: FitServiceDep) -> FitProgressPublic:
 @router.get(
     "/{fit_id}/events",
     response_class=Response,
-    responses={**_EVENTS, **ProblemPublic.responses((404, 422, 503))},
+    responses=event_responses(
+        "Events `progress` and `end`, whose data is the fit as `GET /fits/{fit_id}` gives it"
+    ),
 )
 async def stream_fit_events(
     fit_id: str,
     service: FitServiceDep,
-    settings: SettingsDep,
-    stopping: StoppingDep,
-    slots: EventSlotsDep,
-    last_event_id: LastEventId = "",
+    events: EventRequestDep,
 ) -> Response:
     """Server-sent events: progress with the profiles so far, and the end.
 
     The id of an event is the number of runs so far.
     """
-    look = partial(service.status, fit_id)
-    if await has_nothing_new(look, last_event_id):
-        return Response(status_code=204)
-    slots.check()
 
     def describe(status: FitStatus) -> dict[str, Any]:
         return _public(service, status).model_dump(mode="json", by_alias=True)
 
-    heartbeat = settings.event_heartbeat
-    return await stream_events(look, describe, None, last_event_id, heartbeat, stopping, slots)
+    return await events.answer(partial(service.status, fit_id), describe)
 
 
 @router.post("/{fit_id}/cancel", status_code=202, responses=ProblemPublic.responses((404,)))

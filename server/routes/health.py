@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 
 from slipgrasp.core.run.provenance import program_version
 from slipgrasp.server.dependencies import RunServiceDep
-from slipgrasp.server.exceptions import ServiceNotReadyError
+from slipgrasp.server.exceptions import ServiceBusyError
 from slipgrasp.server.http.errors import ProblemPublic
 
 router = APIRouter(tags=["health"])
@@ -66,5 +66,5 @@ def read_ready(service: RunServiceDep) -> ReadyPublic:
     It writes some bytes into the data folder as a test.
     """
     if obstacles := service.obstacles():
-        raise ServiceNotReadyError(obstacles)
+        raise ServiceBusyError(f"the service is not ready: {'; '.join(obstacles)}")
     return ReadyPublic(status="ready", recovering=len(service.recovering))

@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
 from slipgrasp.core.study.definition import MAX_RUNS
 from slipgrasp.core.study.document import StudyDocument
-from slipgrasp.server.dependencies import IdempotencyKey, SettingsDep, StudyBodyDep, StudyServiceDep
+from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.server.dependencies import (
+    EventRequestDep,
+    IdempotencyKey,
+    SettingsDep,
+    StudyBodyDep,
+    StudyServiceDep,
+)
 from slipgrasp.server.http.conditions import is_known, tag_of
 from slipgrasp.server.http.errors import ProblemPublic
+from slipgrasp.server.http.job_events import event_responses
 from slipgrasp.server.http.openapi import json_body
-from slipgrasp.server.paging import page_links
+from slipgrasp.server.paging import PageQuery, page_links
 from slipgrasp.server.request_keys import KeyedRequest
+from slipgrasp.server.studies.progress import StudyStatus
 from slipgrasp.server.studies.schemas import (
     StudiesPublic,
-    StudiesQuery,
     StudyEstimatePublic,
     StudyPublic,
     check_some_runs,
@@ -75,7 +83,7 @@ async def estimate_study(body: StudyBodyDep, service: StudyServiceDep) -> StudyE
 
 @router.get("", responses=ProblemPublic.responses((422,)))
 def list_studies(
-    query: Annotated[StudiesQuery, Query()], service: StudyServiceDep, request: Request
+    query: Annotated[PageQuery, Query()], service: StudyServiceDep, request: Request
 ) -> StudiesPublic:
     """The studies, newest first."""
     found, count = service.list(query.offset, query.limit)
@@ -102,6 +110,39 @@ def read_study_status(
         return Response(status_code=304, headers={"ETag": tag})
     response.headers["ETag"] = tag
     return study
+
+
+@router.get(
+    "/{study_id}/events",
+    response_class=Response,
+    responses=event_responses(
+        "Events `progress` and `end`, with the study as in `GET /studies/{study_id}`, and `rows`, "
+        "with new `rows`"
+    ),
+)
+async def stream_study_events(
+    study_id: str,
+    service: StudyServiceDep,
+    events: EventRequestDep,
+    rows: Annotated[bool, Query(description="send the new rows of the results too")] = False,
+) -> Response:
+    """Server-sent events: progress, new rows on request, and the end.
+
+    The id of an event is the number of runs that it includes. A client that reconnects with
+    `Last-Event-ID` receives the events since then.
+    """
+    rows_from = None
+    if rows:
+        rows_from = partial(_rows_from, await run_in_threadpool(service.results, study_id))
+    return await events.answer(partial(service.status, study_id), _public, rows_from)
+
+
+def _rows_from(results: StudyResults, start: int, limit: int) -> list[dict[str, Any]]:
+    return results.rows(start, limit)[0]
+
+
+def _public(status: StudyStatus) -> dict[str, Any]:
+    return StudyPublic.from_status(status).model_dump(mode="json")
 
 
 @router.post(

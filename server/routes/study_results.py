@@ -13,9 +13,11 @@ from slipgrasp.core.scenario.field_errors import nearest
 from slipgrasp.recordings.exceptions import QueryError, RecordingError
 from slipgrasp.recordings.study.map_axes import choose_axes, numeric_keys
 from slipgrasp.recordings.study.results import StudyResults
+from slipgrasp.recordings.study.results_comparison import CombinationComparison
 from slipgrasp.recordings.study.results_export import MOST_ROWS_AT_ONCE
+from slipgrasp.recordings.study.results_summary import StudySummary
 from slipgrasp.server.addresses import study_path
-from slipgrasp.server.budget import MemoryBudget, Need
+from slipgrasp.server.budget import Need
 from slipgrasp.server.dependencies import (
     DownloadRequestDep,
     FileCacheDep,
@@ -43,12 +45,12 @@ from slipgrasp.server.runs.schemas import RunPublic
 from slipgrasp.server.studies.schemas import (
     MapQuery,
     ResultsQuery,
-    StudyComparisonPublic,
     StudyResultsPublic,
-    StudySummaryPublic,
 )
 
 _PROBLEMS = (404, 422, 503, 507)
+
+Write = Callable[[StudyResults, BinaryIO], None]
 
 router = APIRouter(prefix="/studies/{study_id}", tags=["studies"])
 
@@ -90,17 +92,21 @@ def _wrong_sort(sort: str, error: QueryError) -> InvalidRequestError:
 
 
 @router.get("/summary", responses=ProblemPublic.responses((404, 422, 503)))
-def read_study_summary(results: StudyResultsDep, memory: MemoryDep) -> StudySummaryPublic:
+def read_study_summary(results: StudyResultsDep, memory: MemoryDep) -> StudySummary:
     """Numbers of runs by outcome, and statistics of the metrics."""
     with memory.reserve(Need.for_rows(results.num_rows)):
-        return StudySummaryPublic.from_summary(results.summary())
+        return results.summary()
 
 
 @router.get("/comparison", responses=ProblemPublic.responses((404, 422, 503)))
-def read_study_comparison(results: StudyResultsDep, memory: MemoryDep) -> StudyComparisonPublic:
-    """A comparison of crossed values, such as settings of a controller, on the same samples."""
+def read_study_comparison(results: StudyResultsDep, memory: MemoryDep) -> CombinationComparison:
+    """A comparison of crossed values, such as settings of a controller, on the same samples.
+
+    It is empty if none are crossed.
+    """
     with memory.reserve(Need.for_rows(results.num_rows)):
-        return StudyComparisonPublic.from_comparison(results.compare_combinations())
+        compared = results.compare_combinations()
+    return compared or CombinationComparison(keys=(), combinations=(), pairs=())
 
 
 @router.post(
@@ -125,92 +131,6 @@ def record_study_run(
     return run
 
 
-@router.head("/results.csv", include_in_schema=False)
-@router.get(
-    "/results.csv",
-    response_class=Response,
-    responses=download_responses(CSV, problems=_PROBLEMS),
-)
-def read_study_results_as_csv(
-    study_id: str,
-    results: StudyResultsDep,
-    asked: DownloadRequestDep,
-    cache: FileCacheDep,
-    memory: MemoryDep,
-) -> Response:
-    """Rows of finished runs; numbers have full precision."""
-    write = _utf8(results.write_csv)
-    return _table(cache, memory, study_id, results, "csv", CSV, write).answer(asked)
-
-
-@router.head("/results.json", include_in_schema=False)
-@router.get(
-    "/results.json",
-    response_class=Response,
-    responses=download_responses(JSON, problems=_PROBLEMS),
-)
-def read_study_results_as_json(
-    study_id: str,
-    results: StudyResultsDep,
-    asked: DownloadRequestDep,
-    cache: FileCacheDep,
-    memory: MemoryDep,
-) -> Response:
-    """Rows of all finished runs, with the units of their columns."""
-    write = _utf8(results.write_json)
-    return _table(cache, memory, study_id, results, "json", JSON, write).answer(asked)
-
-
-@router.head("/results.parquet", include_in_schema=False)
-@router.get(
-    "/results.parquet",
-    response_class=Response,
-    responses=download_responses(PARQUET, problems=_PROBLEMS),
-)
-def read_study_results_as_parquet(
-    study_id: str,
-    results: StudyResultsDep,
-    asked: DownloadRequestDep,
-    cache: FileCacheDep,
-    memory: MemoryDep,
-) -> Response:
-    """Rows of all finished runs as a table with units; its metadata contain the study."""
-    write = results.write_parquet
-    return _table(cache, memory, study_id, results, "parquet", PARQUET, write).answer(asked)
-
-
-@router.head("/map.svg", include_in_schema=False)
-@router.get(
-    "/map.svg", response_class=Response, responses=download_responses(SVG, problems=_PROBLEMS)
-)
-def draw_study_map_as_svg(
-    study_id: str,
-    results: StudyResultsDep,
-    query: Annotated[MapQuery, Query()],
-    asked: DownloadRequestDep,
-    cache: FileCacheDep,
-    memory: MemoryDep,
-) -> Response:
-    """A map of outcomes over two of the varied parameters."""
-    return _map(study_id, results, query, cache, memory, "svg").answer(asked)
-
-
-@router.head("/map.png", include_in_schema=False)
-@router.get(
-    "/map.png", response_class=Response, responses=download_responses(PNG, problems=_PROBLEMS)
-)
-def draw_study_map_as_png(
-    study_id: str,
-    results: StudyResultsDep,
-    query: Annotated[MapQuery, Query()],
-    asked: DownloadRequestDep,
-    cache: FileCacheDep,
-    memory: MemoryDep,
-) -> Response:
-    """A map of outcomes over two of the varied parameters, in pixels."""
-    return _map(study_id, results, query, cache, memory, "png").answer(asked)
-
-
 @router.head("/recording", include_in_schema=False)
 @router.get(
     "/recording",
@@ -231,31 +151,88 @@ def read_study_file(study_id: str, service: StudyServiceDep, asked: DownloadRequ
         raise JobUnfinishedError("study", study_id, study_path(study_id)) from None
 
 
-def _utf8(write: Callable[[TextIO, int], None]) -> Callable[[BinaryIO, int], None]:
-    def write_bytes(stream: BinaryIO, num_rows: int) -> None:
-        with as_text(stream) as text:
-            write(text, num_rows)
+def _add_file(
+    name: str, route: Callable[..., Response], operation: str, media_type: str, description: str
+) -> None:
+    """Adds the route of a file."""
+    router.add_api_route(f"/{name}", route, methods=["HEAD"], include_in_schema=False)
+    router.add_api_route(
+        f"/{name}",
+        route,
+        name=operation,
+        description=description,
+        response_class=Response,
+        responses=download_responses(media_type, problems=_PROBLEMS),
+    )
 
-    return write_bytes
+
+def _add_table(ending: str, media_type: str, write: Write, description: str) -> None:
+    """Adds the route of a table; rows are only appended, so that their number gives its tag."""
+
+    def read_table(
+        study_id: str,
+        results: StudyResultsDep,
+        asked: DownloadRequestDep,
+        cache: FileCacheDep,
+        memory: MemoryDep,
+    ) -> Response:
+        shown = results.first(results.num_rows)
+        need = Need.for_rows(min(shown.num_rows, MOST_ROWS_AT_ONCE))
+        tag = tag_of(study_id, shown.num_rows, ending)
+
+        def make(stream: BinaryIO) -> None:
+            with memory.reserve(need):
+                write(shown, stream)
+
+        return _download(cache, study_id, ending, media_type, tag, make).answer(asked)
+
+    operation = f"read_study_results_as_{ending}"
+    _add_file(f"results.{ending}", read_table, operation, media_type, description)
 
 
-def _table(
+def _add_map(ending: Literal["svg", "png"], media_type: str, description: str) -> None:
+    """Adds the route of a map."""
+
+    def draw_map(
+        study_id: str,
+        results: StudyResultsDep,
+        query: Annotated[MapQuery, Query()],
+        asked: DownloadRequestDep,
+        cache: FileCacheDep,
+        memory: MemoryDep,
+    ) -> Response:
+        x, y = _axes_of_map(results, query)
+        shown = results.first(results.num_rows)
+        tag = tag_of(study_id, shown.num_rows, x, y, ending)
+
+        def make(stream: BinaryIO) -> None:
+            with memory.reserve(Need.for_rows(shown.num_rows)):
+                _draw_map(shown, x, y, stream, ending)
+
+        return _download(cache, study_id, ending, media_type, tag, make).answer(asked)
+
+    _add_file(f"map.{ending}", draw_map, f"draw_study_map_as_{ending}", media_type, description)
+
+
+def _draw_map(
+    results: StudyResults, x: str, y: str, stream: BinaryIO, ending: Literal["svg", "png"]
+) -> None:
+    # Deferred, because matplotlib takes a second to load.
+    from slipgrasp.figures.drawing_thread import in_drawing_thread
+    from slipgrasp.figures.files import save_figure
+    from slipgrasp.figures.success_map import draw_success_map
+
+    in_drawing_thread(lambda: save_figure(draw_success_map(results, x, y), stream, ending))
+
+
+def _download(
     cache: FileCache,
-    memory: MemoryBudget,
     study_id: str,
-    results: StudyResults,
     ending: str,
     media_type: str,
-    write: Callable[[BinaryIO, int], None],
+    tag: str,
+    make: Callable[[BinaryIO], None],
 ) -> Download:
-    """A download of results; rows are only appended, so that their number determines the tag."""
-    count = results.num_rows
-    tag = tag_of(study_id, count, ending)
-
-    def make(stream: BinaryIO) -> None:
-        with memory.reserve(Need.for_rows(min(count, MOST_ROWS_AT_ONCE))):
-            write(stream, count)
-
     return Download(
         tag=tag,
         name=f"{study_id}.{ending}",
@@ -264,33 +241,12 @@ def _table(
     )
 
 
-def _map(
-    study_id: str,
-    results: StudyResults,
-    query: MapQuery,
-    cache: FileCache,
-    memory: MemoryBudget,
-    ending: Literal["svg", "png"],
-) -> Download:
-    x, y = _axes_of_map(results, query)
-    shown = results.first(results.num_rows)
-    tag = tag_of(study_id, shown.num_rows, x, y, ending)
+def _utf8(write: Callable[[StudyResults, TextIO], None]) -> Write:
+    def write_bytes(results: StudyResults, stream: BinaryIO) -> None:
+        with as_text(stream) as text:
+            write(results, text)
 
-    def draw(stream: BinaryIO) -> None:
-        # Deferred, because matplotlib takes a second to load.
-        from slipgrasp.figures.drawing_thread import in_drawing_thread
-        from slipgrasp.figures.files import save_figure
-        from slipgrasp.figures.success_map import draw_success_map
-
-        with memory.reserve(Need.for_rows(shown.num_rows)):
-            in_drawing_thread(lambda: save_figure(draw_success_map(shown, x, y), stream, ending))
-
-    return Download(
-        tag=tag,
-        name=f"{study_id}.{ending}",
-        media_type=SVG if ending == "svg" else PNG,
-        open=lambda: cache.open(tag, draw),
-    )
+    return write_bytes
 
 
 def _axes_of_map(results: StudyResults, query: MapQuery) -> tuple[str, str]:
@@ -322,3 +278,25 @@ def _wrong_axis(
 ) -> InvalidRequestError:
     limit = f"one of {', '.join(known)}" if known else None
     return InvalidRequestError([FieldError(field=field, value=value, limit=limit, message=message)])
+
+
+_add_table(
+    "csv",
+    CSV,
+    _utf8(StudyResults.write_csv),
+    "Rows of finished runs; numbers have full precision.",
+)
+_add_table(
+    "json",
+    JSON,
+    _utf8(StudyResults.write_json),
+    "Rows of all finished runs, with the units of their columns.",
+)
+_add_table(
+    "parquet",
+    PARQUET,
+    StudyResults.write_parquet,
+    "Rows of all finished runs as a table with units; its metadata contain the study.",
+)
+_add_map("svg", SVG, "A map of outcomes over two of the varied parameters.")
+_add_map("png", PNG, "A map of outcomes over two of the varied parameters, in pixels.")

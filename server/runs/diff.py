@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from slipgrasp.recordings.compare.comparison import Comparison
+from slipgrasp.recordings.compare.comparison import IntegrationError
 
 RunId = Annotated[str, Field(max_length=100, description="id of a stored run")]
 Tolerance = Annotated[
@@ -72,15 +72,6 @@ class MetricPairPublic(BaseModel):
     b: MetricValue
 
 
-class IntegrationErrorPublic(BaseModel):
-    """Largest difference of the runs before the first effect of different parameters."""
-
-    before: float
-    column: str
-    max: float
-    unit: str
-
-
 class ContradictionPublic(BaseModel):
     """A statement of a run that contradicts its samples."""
 
@@ -102,10 +93,5 @@ class DiffPublic(BaseModel):
     cause: float | None = Field(
         description="time of the first effect of different parameters [s]; null if there is none"
     )
-    integration_error: IntegrationErrorPublic | None
+    integration_error: IntegrationError | None
     contradictions: list[ContradictionPublic]
-
-    @classmethod
-    def from_comparison(cls, comparison: Comparison) -> DiffPublic:
-        """Converts the comparison to its response."""
-        return cls.model_validate(comparison.to_mapping())

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection
 from datetime import timedelta
 
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.retention import (
-    Expired,
     Retention,
     TrustedClock,
     delete_expired,
@@ -26,7 +25,7 @@ _logger = logging.getLogger(__name__)
 
 
 class RetentionService:
-    """Finds and deletes runs by the retention rules.
+    """Deletes runs by the retention rules.
 
     Args:
         runs: Store of the runs.
@@ -34,9 +33,8 @@ class RetentionService:
         retention: Retention rules.
         wait_for_recordings: Waits for some time, and returns whether the runs of a killed service
             are recovered, so that all runs are known.
-        period: Interval between checks [s].
-        clock: Reference time of ages; the trusted wall clock if None.
         find_used: Returns the ids of runs that stay, since a fit needs them.
+        clock: Reference time of ages; the trusted wall clock if None.
     """
 
     def __init__(
@@ -45,15 +43,13 @@ class RetentionService:
         studies: StudyStore,
         retention: Retention,
         wait_for_recordings: Callable[[float], bool],
-        period: float = PERIOD,
+        find_used: Callable[[], Collection[str]],
         clock: TrustedClock | None = None,
-        find_used: Callable[[], Collection[str]] = tuple,
     ) -> None:
-        self.retention = retention
+        self._retention = retention
         self._runs = runs
         self._studies = studies
         self._wait_for_recordings = wait_for_recordings
-        self._period = period
         self._find_used = find_used
         self._clock = clock or TrustedClock(runs)
         self._is_first_look = True
@@ -62,7 +58,7 @@ class RetentionService:
 
     def start(self) -> None:
         """Starts regular checks, if there is a rule."""
-        if not self.retention.keeps_all:
+        if not self._retention.keeps_all:
             self._thread = threading.Thread(target=self._work, name="retention")
             self._thread.start()
 
@@ -72,22 +68,6 @@ class RetentionService:
         if self._thread is not None:
             self._thread.join()
 
-    def expired(self, retention: Retention) -> list[Expired]:
-        """All runs that given rules delete, newest first.
-
-        Args:
-            retention: The rules.
-        """
-        used = self._find_used()
-        return find_expired(self._runs, self._studies, retention, self._clock.now(), used)
-
-    def next_to_go(self) -> list[Expired]:
-        """The runs that the next check deletes by the server's rules, newest first."""
-        return self._at_once(self.expired(self.retention))
-
-    def _at_once(self, due: Sequence[Expired]) -> list[Expired]:
-        return in_share(due, self._runs.count(), at_start=self._is_first_look)
-
     def _work(self) -> None:
         self._tell_doubts()
         while not (self._closing.is_set() or self._wait_for_recordings(_POLL)):
@@ -95,12 +75,12 @@ class RetentionService:
         pause = 0.0
         while not self._closing.wait(pause):
             self._delete()
-            pause = self._period
+            pause = PERIOD
 
     def _tell_doubts(self) -> None:
         """Logs that the wall clock is not trusted, before deletions that depend on it."""
         lag = self._clock.lag()
-        if self.retention.max_age is not None and lag > timedelta():
+        if self._retention.max_age is not None and lag > timedelta():
             _logger.warning(
                 "the clock is %d days further ahead of the newest run than is trusted: ages of "
                 "runs are counted from %s; set the clock if it is wrong",
@@ -110,8 +90,10 @@ class RetentionService:
 
     def _delete(self) -> None:
         try:
-            due = self.expired(self.retention)
-            at_once = self._at_once(due)
+            used = self._find_used()
+            now = self._clock.now()
+            due = find_expired(self._runs, self._studies, self._retention, now, used)
+            at_once = in_share(due, self._runs.count(), at_start=self._is_first_look)
             gone = delete_expired(self._runs, at_once)
         except RecordingError as error:
             _logger.error("runs could not be deleted by the retention rules: %s", error)

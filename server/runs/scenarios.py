@@ -1,22 +1,53 @@
-"""REST models of presets, and of parameters with their bounds."""
+"""REST models of scenarios, presets, and parameters with their bounds."""
 
 from __future__ import annotations
 
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.field_errors import nearest
+from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import (
     all_preset_names,
     load_scenario,
+    scenario_from_mapping,
     settable_parameters,
+    with_values,
 )
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.server.addresses import preset_path
 from slipgrasp.server.exceptions import printable
+
+ChosenScenario = Annotated[
+    str | dict[str, Any],
+    Field(description="Name of a preset, or a scenario as from GET /presets/NAME."),
+]
+ChangedValues = Annotated[
+    dict[str, Any],
+    Field(alias="set", description="Dotted key to value; GET /parameters lists the keys."),
+]
+
+
+def changed_scenario(
+    chosen: str | dict[str, Any], values: dict[str, Any], law: str | None = None
+) -> Scenario:
+    """The scenario that a request chooses, with changed values.
+
+    Args:
+        chosen: Name of a preset, or a complete scenario.
+        values: Dotted key to value.
+        law: Control law to use, with recommended settings, before the values.
+
+    Raises:
+        ScenarioError: With one item per wrong field.
+    """
+    base = scenario_from_mapping(chosen) if isinstance(chosen, dict) else find_preset(chosen)
+    if law is not None:
+        base = with_law(base, law)
+    return with_values(base, values) if values else base
 
 
 class PresetSummary(BaseModel):

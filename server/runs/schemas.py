@@ -11,8 +11,6 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 from slipgrasp.core.run.metrics import METRICS, Metric, Metrics
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.custom_laws import LawIdentity
-from slipgrasp.core.scenario.law_choice import with_law
-from slipgrasp.core.scenario.loading import scenario_from_mapping, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.core.words.interruptions import describe_damage
 from slipgrasp.recordings.export import DATA_FORMATS
@@ -22,7 +20,7 @@ from slipgrasp.recordings.store.run_index import FoundRuns
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.addresses import run_path
 from slipgrasp.server.runs.pending import PendingRun, RunState
-from slipgrasp.server.runs.scenarios import find_preset
+from slipgrasp.server.runs.scenarios import ChangedValues, ChosenScenario, changed_scenario
 
 
 def _finite_or_none(value: Any) -> Any:
@@ -44,20 +42,14 @@ class RunCreate(BaseModel):
         },
     )
 
-    scenario: Annotated[
-        str | dict[str, Any],
-        Field(description="Name of a preset, or a scenario as from GET /presets/NAME."),
-    ]
+    scenario: ChosenScenario
     law: Annotated[
         str | None,
         Field(
             description="Name of a control law, with recommended settings; `set` takes precedence."
         ),
     ] = None
-    values: Annotated[
-        dict[str, Any],
-        Field(alias="set", description="Dotted key to value; GET /parameters lists the keys."),
-    ] = {}
+    values: ChangedValues = {}
 
     def to_scenario(self) -> Scenario:
         """The requested scenario.
@@ -65,13 +57,7 @@ class RunCreate(BaseModel):
         Raises:
             ScenarioError: With one item per wrong field.
         """
-        if isinstance(self.scenario, dict):
-            base = scenario_from_mapping(self.scenario)
-        else:
-            base = find_preset(self.scenario)
-        if self.law is not None:
-            base = with_law(base, self.law)
-        return with_values(base, self.values) if self.values else base
+        return changed_scenario(self.scenario, self.values, self.law)
 
 
 class RunUpdate(BaseModel):
@@ -190,14 +176,11 @@ class RunPublic(BaseModel):
         """A stored run; one whose recording cannot be read is ``failed``."""
         own = run_path(stored.id)
         kept = {
+            **_facts(stored),
             "id": stored.id,
-            "title": stored.title,
             "name": stored.name,
-            "display_name": stored.display_name,
             "notes": stored.notes,
             "tags": list(stored.tags),
-            "preset": stored.preset,
-            "controller": stored.controller,
             "created": stored.created,
             "size": stored.size,
             "recording": str(stored.path),
@@ -210,21 +193,22 @@ class RunPublic(BaseModel):
         }
         if stored.is_measured:
             links = {name: kept["links"][name] for name in ("self", "recording")}
-            return cls.model_validate({**_MEASURED_SUMMARY, **kept, "links": links})
+            return cls.model_validate(
+                {**_EMPTY_SUMMARY, **kept, "kind": "measured", "links": links}
+            )
         return cls.model_validate({**(stored.summary or _damaged_summary(stored.title)), **kept})
 
     @classmethod
     def from_description(cls, description: Description) -> Self:
         """A run that could not be stored."""
-        told = {
-            "title": description.title,
-            "display_name": description.display_name,
-            "preset": description.preset,
-            "controller": description.controller,
-        }
         unkept = {"id": None, "created": None, "recording": None, "size": None, "links": {}}
-        unwritten = {"name": "", "notes": "", "tags": []}
-        return cls.model_validate({**description.summary, **told, **unkept, **unwritten})
+        told = {**_facts(description), "name": "", "notes": "", "tags": []}
+        return cls.model_validate({**description.summary, **told, **unkept})
+
+
+def _facts(run: StoredRun | Description) -> dict[str, str]:
+    names = ("title", "display_name", "preset", "controller")
+    return {name: getattr(run, name) for name in names}
 
 
 class PendingRunPublic(BaseModel):
@@ -258,8 +242,7 @@ class PendingRunPublic(BaseModel):
         )
 
 
-_MEASURED_SUMMARY: dict[str, Any] = {
-    "kind": "measured",
+_EMPTY_SUMMARY: dict[str, Any] = {
     "outcome": None,
     "reason": None,
     "end_time": None,
@@ -270,20 +253,12 @@ _MEASURED_SUMMARY: dict[str, Any] = {
     "metrics": None,
     "warnings": [],
 }
+"""Summary of a recording without a run that can be read."""
 
 
 def _damaged_summary(finding: str) -> dict[str, Any]:
-    return {
-        "outcome": Outcome.FAILED,
-        "reason": asdict(describe_damage(finding)),
-        "end_time": None,
-        "phase_changes": [],
-        "estimates": {},
-        "unknowns": [],
-        "told": None,
-        "metrics": None,
-        "warnings": [],
-    }
+    reason = asdict(describe_damage(finding))
+    return {**_EMPTY_SUMMARY, "outcome": Outcome.FAILED, "reason": reason}
 
 
 class RunsPublic(BaseModel):

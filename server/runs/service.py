@@ -39,7 +39,6 @@ from slipgrasp.server.budget import MemoryBudget, Need, default_limit
 from slipgrasp.server.exceptions import (
     IdempotencyKeyReusedError,
     RunForgottenError,
-    RunRecoveringError,
     RunUnfinishedError,
     RunUnrecordableError,
     ServiceBusyError,
@@ -202,10 +201,6 @@ class RunService:
         with self.memory.reserve(Need.to_work_on(result)):
             return self.store.save(result)
 
-    def run(self, scenario: Scenario) -> Ended:
-        """Queues a run of a scenario; see `submit`."""
-        return self.submit(lambda: scenario).result()
-
     def submit(self, make_scenario: Callable[[], Scenario]) -> PendingRun:
         """Queues a run.
 
@@ -235,7 +230,8 @@ class RunService:
         with self._lock:
             num_pending = len(self._pending)
             if num_pending >= limits.max_running + limits.max_waiting:
-                raise ServiceBusyError(num_pending - self._running, limits.retry_after)
+                waiting = num_pending - self._running
+                raise ServiceBusyError(f"{waiting} runs are waiting already")
             self._pending[pending.id] = pending
         self._queue(self._workers, pending)
         return pending
@@ -283,10 +279,9 @@ class RunService:
 
         Raises:
             RunUnfinishedError: If it has not.
-            RunRecoveringError: If it is still being recovered.
+            ServiceBusyError: If it is still being recovered.
         """
-        if self._recovery.is_orphan(run_id):
-            raise RunRecoveringError(run_id)
+        self._check_recovered(run_id)
         with self._lock:
             if run_id in self._pending:
                 raise RunUnfinishedError(run_id)
@@ -314,8 +309,7 @@ class RunService:
         return found
 
     def _find(self, run_id: str) -> PendingRun | StoredRun | Description | None:
-        if self._recovery.is_orphan(run_id):
-            raise RunRecoveringError(run_id)
+        self._check_recovered(run_id)
         with self._lock:
             pending, unsaved = self._pending.get(run_id), self._unsaved.get(run_id)
         if pending is not None:
@@ -326,6 +320,12 @@ class RunService:
         if isinstance(unsaved, SlipgraspError):
             raise unsaved
         return unsaved
+
+    def _check_recovered(self, run_id: str) -> None:
+        if self._recovery.is_orphan(run_id):
+            raise ServiceBusyError(
+                f"run '{run_id}' is being recovered from a service that was killed"
+            )
 
     def _find_made(self, run_id: str) -> PendingRun | StoredRun | Description | None:
         with suppress(*_UNRECORDABLE):

@@ -85,7 +85,7 @@ class _Pace:
         return (count - before) / max(now - then, 1e-3)
 
 
-class LiveStudy(Job):
+class LiveStudy(Job[StudyStatus]):
     """A study from its creation, or the service's start, to its end.
 
     Args:

@@ -27,13 +27,11 @@ class StudyRecorder:
 
     Args:
         store: Store of the recordings.
-        retry_after: Time after which to try again if it is busy [s].
         is_ending: Whether the service is about to end.
     """
 
-    def __init__(self, store: StudyStore, retry_after: int, is_ending: Callable[[], bool]) -> None:
+    def __init__(self, store: StudyStore, is_ending: Callable[[], bool]) -> None:
         self._store = store
-        self._retry_after = retry_after
         self._is_ending = is_ending
         self._making: set[tuple[str, int]] = set()
         self._lock = threading.Lock()
@@ -73,11 +71,9 @@ class StudyRecorder:
         one = (study_id, index)
         with self._lock:
             if one in self._making:
-                busy_with = "recording of this run is already being created"
-                raise ServiceBusyError(1, self._retry_after, busy_with)
+                raise ServiceBusyError("the recording of this run is already being created")
             if len(self._making) >= MAX_AT_ONCE:
-                busy_with = "runs are already being recorded"
-                raise ServiceBusyError(MAX_AT_ONCE, self._retry_after, busy_with)
+                raise ServiceBusyError(f"{MAX_AT_ONCE} runs are already being recorded")
             self._making.add(one)
         try:
             yield

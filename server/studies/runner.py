@@ -52,7 +52,7 @@ class StudyRunner:
             return known
         with StudyWriter(self._store.path_of(live.id), live.study) as writer:
             if live.is_cancelled:
-                end = _cancelled(writer)
+                end = writer.ending()
             else:
                 with self._executor.use() as executor:
                     end = schedule_runs(
@@ -69,12 +69,6 @@ class StudyRunner:
         if end.message:
             _logger.error("study %s: %s", live.id, end.message)
         return end
-
-
-def _cancelled(writer: StudyWriter) -> StudyEnd:
-    """The end of a study that was cancelled while waiting."""
-    outcomes = dict(sorted(writer.outcomes.items()))
-    return StudyEnd(state="cancelled", runs=writer.num_rows, outcomes=outcomes)
 
 
 class WarmExecutor:

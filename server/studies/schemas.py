@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -14,11 +14,10 @@ from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import scenario_from_mapping
 from slipgrasp.core.study.cost import StudyCost
 from slipgrasp.core.study.definition import KeptRecordings, Study
-from slipgrasp.core.study.loading import study_from_mapping
+from slipgrasp.core.study.loading import check_members, study_from_mapping
 from slipgrasp.core.trace.types import Outcome
+from slipgrasp.recordings.study.result_columns import ResultColumn
 from slipgrasp.recordings.study.results import StudyResults
-from slipgrasp.recordings.study.results_comparison import CombinationComparison
-from slipgrasp.recordings.study.results_summary import StudySummary
 from slipgrasp.server.addresses import study_path
 from slipgrasp.server.jobs.job import StudyState
 from slipgrasp.server.paging import Limit, Offset
@@ -28,15 +27,6 @@ from slipgrasp.server.studies.progress import StudyStatus
 CHECKED_RUNS = 100
 
 Column = Annotated[str, Field(max_length=120)]
-
-
-class StudiesQuery(BaseModel):
-    """Pagination of studies."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    limit: Limit = 100
-    offset: Offset = 0
 
 
 class ResultsQuery(BaseModel):
@@ -171,22 +161,11 @@ class StudiesPublic(BaseModel):
     links: dict[str, str] = Field(description="next and prev, if there are such pages")
 
 
-class ColumnPublic(BaseModel):
-    """A column of the results."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    name: str
-    kind: Literal["number", "integer", "boolean", "word", "value", "hash"]
-    unit: str = Field(description="SI unit, 1 for pure numbers, empty if there is none")
-    role: Literal["run", "varied", "ending", "metric", "origin"]
-
-
 class StudyResultsPublic(BaseModel):
     """A page of results, and the number of rows on all pages."""
 
     data: list[dict[str, Any]] = Field(description="one object per run: column to value")
-    columns: list[ColumnPublic]
+    columns: list[ResultColumn]
     count: int = Field(description="number of matching rows on all pages")
     finished: int = Field(description="number of finished runs, matching or not")
     links: dict[str, str] = Field(description="next and prev, if there are such pages")
@@ -196,94 +175,13 @@ class StudyResultsPublic(BaseModel):
         cls, results: StudyResults, rows: list[dict[str, Any]], count: int, links: dict[str, str]
     ) -> Self:
         """Some rows of the results."""
-        columns = [ColumnPublic.model_validate(column) for column in results.columns]
-        return cls(data=rows, columns=columns, count=count, finished=results.num_rows, links=links)
-
-
-class SpreadPublic(BaseModel):
-    """Statistics of a metric, in its unit."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    runs: int = Field(description="number of runs with a value")
-    minimum: float
-    percentile_5: float
-    percentile_25: float
-    median: float
-    percentile_75: float
-    percentile_95: float
-    maximum: float
-
-
-class StudySummaryPublic(BaseModel):
-    """Summary of a study over its finished runs."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    runs: int
-    finished: int
-    outcomes: dict[str, int]
-    reasons: dict[str, int] = Field(description="number of early ends by code of the reason")
-    held: int
-    too_short: int = Field(description="completed, but too short to tell whether they held")
-    share_held: float = Field(description="of the finished runs that are not too short")
-    unknowns: list[str] = Field(
-        description="keys of the parameters of hand and object that were unknown to the controller "
-        "of any run"
-    )
-    told: bool = Field(description="whether all parameters were known in all runs")
-    metrics: dict[str, SpreadPublic]
-    metrics_by_outcome: dict[str, dict[str, SpreadPublic]]
-
-    @classmethod
-    def from_summary(cls, summary: StudySummary) -> Self:
-        """Converts the summary to the response."""
-        return cls.model_validate(summary)
-
-
-class CombinationPublic(BaseModel):
-    """Results of one combination of the crossed values."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    values: dict[str, Any] = Field(description="dotted key to value")
-    runs: int
-    held: int
-    too_short: int = Field(description="completed, but too short to tell whether they held")
-    share_held: float = Field(description="of the runs that are not too short")
-    outcomes: dict[str, int]
-    medians: dict[str, float] = Field(description="median of each metric")
-
-
-class CombinationPairPublic(BaseModel):
-    """Two combinations on the samples that are finished with both."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    first: int = Field(description="index of the first combination")
-    second: int = Field(description="index of the second combination")
-    samples: int
-    held_by_both: int
-    held_by_first: int = Field(description="number held only by the first")
-    held_by_second: int = Field(description="number held only by the second")
-    held_by_neither: int
-
-
-class StudyComparisonPublic(BaseModel):
-    """Crossed values, such as controllers, on the same samples; empty if none are crossed."""
-
-    model_config = ConfigDict(from_attributes=True)
-
-    keys: list[str] = Field(description="compared keys")
-    combinations: list[CombinationPublic]
-    pairs: list[CombinationPairPublic]
-
-    @classmethod
-    def from_comparison(cls, comparison: CombinationComparison | None) -> Self:
-        """Converts the comparison to the response; empty if nothing is crossed."""
-        if comparison is None:
-            return cls(keys=[], combinations=[], pairs=[])
-        return cls.model_validate(comparison)
+        return cls(
+            data=rows,
+            columns=list(results.columns),
+            count=count,
+            finished=results.num_rows,
+            links=links,
+        )
 
 
 def read_study(body: Any, max_runs: int) -> Study:
@@ -316,19 +214,11 @@ def check_some_runs(study: Study) -> None:
     """Creates and validates the first runs of a study, and some of the others.
 
     Raises:
-        ScenarioError: With the index of the first wrong run.
+        ScenarioError: With the index of the first run of each kind of error.
     """
     step = max(1, 2 * study.num_runs // CHECKED_RUNS)
-    for index in (*range(min(CHECKED_RUNS // 2, study.num_runs)), *range(0, study.num_runs, step)):
-        try:
-            study.scenario_of(index)
-        except ScenarioError as error:
-            raise ScenarioError([_of_run(index, finding) for finding in error.errors]) from error
-
-
-def _of_run(index: int, finding: FieldError) -> FieldError:
-    field, message = f"runs.{index}.{finding.field}", f"run {index}: {finding.message}"
-    return replace(finding, field=field, message=message)
+    first = range(min(CHECKED_RUNS // 2, study.num_runs))
+    check_members(study, runs=(*first, *range(0, study.num_runs, step)))
 
 
 def _find_base(base: Any, kind: Any) -> Scenario:

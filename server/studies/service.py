@@ -21,7 +21,6 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.recordings.study.results import StudyResults, read_results
 from slipgrasp.recordings.study.study_store import StoredStudy, StudyStore
 from slipgrasp.server.addresses import study_path
-from slipgrasp.server.jobs.job import Job
 from slipgrasp.server.jobs.queue import JobQueue
 from slipgrasp.server.jobs.service import JobService
 from slipgrasp.server.request_keys import UNKEYED, KeyedRequest
@@ -48,6 +47,7 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
     noun = "study"
     path_of = study_path
     live_type = LiveStudy
+    ended_status = StudyStatus.of
 
     def __init__(
         self,
@@ -59,7 +59,7 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
         super().__init__(store, queue or JobQueue(settings), settings, is_ending)
         self.store = store
         self._runner = StudyRunner(store, settings)
-        self._recorder = StudyRecorder(store, settings.retry_after, is_ending)
+        self._recorder = StudyRecorder(store, is_ending)
         self._opening = threading.Lock()
         self._opened: OrderedDict[str, StudyResults] = OrderedDict()
 
@@ -117,12 +117,6 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
         )
         return LiveStudy(stored, StudyResults(study), self._runner, cost, warnings)
 
-    def find_live(self, study_id: str) -> LiveStudy | None:
-        """A study that waits, runs, or has failed; None otherwise."""
-        live = self._find_live(study_id)
-        assert live is None or isinstance(live, LiveStudy)
-        return live
-
     def results(self, study_id: str) -> StudyResults:
         """The rows of a study, which grow as long as it runs.
 
@@ -130,8 +124,8 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
             StudyNotFoundError: If it does not exist.
             RecordingError: If its file is damaged.
         """
-        live = self.find_live(study_id)
-        if live is not None:
+        live = self._find_live(study_id)
+        if isinstance(live, LiveStudy):
             return live.results
         # Two requests at once would read the file twice.
         with self._opening:
@@ -158,13 +152,6 @@ class StudyService(JobService[StoredStudy, StudyStatus]):
         """The recording of a run, and whether it was created now; see `StudyRecorder.record`."""
         results = self.results(study_id)
         return self._recorder.record(self.status(study_id).stored, results, index)
-
-    def _ended_status(self, stored: StoredStudy, finding: str) -> StudyStatus:
-        return StudyStatus.of(stored, finding)
-
-    def _live_status(self, live: Job) -> StudyStatus:
-        assert isinstance(live, LiveStudy)
-        return live.status()
 
     def _continued(self, stored: StoredStudy) -> LiveStudy:
         # The file may have rows whose writing was not confirmed.

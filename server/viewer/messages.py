@@ -1,4 +1,4 @@
-"""Messages from viewers that viser handles, with the types of all fields.
+"""Messages from viewers that our pages use, with the types of all fields.
 
 viser trusts its input: it sets any attribute of a widget that an update names, and keeps parts of
 files until they are complete.
@@ -40,13 +40,6 @@ class GuiUpdateMessage(Message):
     updates: Updates
 
 
-class GuiButtonHoldMessage(Message):
-    """A button is held down."""
-
-    uuid: str
-    frequency: float
-
-
 class GuiFormDirtyMessage(Message):
     """A control of a form was changed."""
 
@@ -85,14 +78,6 @@ class FileTransferPart(Message):
     content: bytes
 
 
-class LocalStorageGetItemResponseMessage(Message):
-    """A value that the browser stores."""
-
-    value: str | None
-    error: str | None
-    request_uuid: str
-
-
 class SceneNodeClickMessage(Message):
     """An object of the scene was clicked."""
 
@@ -117,47 +102,6 @@ class SceneNodeDragMessage(Message):
     end_screen_pos: Point
     button: str
     modifier: str | None
-    owner: str = ""
-
-
-class ScenePointerMessage(Message):
-    """The pointer was used in the scene."""
-
-    event_type: str
-    ray_origin: Vector | None
-    ray_direction: Vector | None
-    screen_pos: Annotated[list[Point], Meta(max_length=MAX_VALUES)]
-    modifier: str | None
-
-
-class ShareUrlDisconnect(Message):
-    """The public tunnel should be closed."""
-
-
-class ShareUrlRequest(Message):
-    """A public tunnel is requested."""
-
-
-class TransformControlsDragEndMessage(Message):
-    """A frame of the scene was released."""
-
-    name: str
-    owner: str = ""
-
-
-class TransformControlsDragStartMessage(Message):
-    """A frame of the scene was grabbed."""
-
-    name: str
-    owner: str = ""
-
-
-class TransformControlsUpdateMessage(Message):
-    """A frame of the scene was moved."""
-
-    name: str
-    wxyz: Rotation
-    position: Vector
     owner: str = ""
 
 

@@ -16,7 +16,7 @@ from contextlib import suppress
 import msgspec
 import websockets.asyncio.client
 from fastapi import FastAPI, HTTPException, Request
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import Response
 from starlette.websockets import WebSocket, WebSocketDisconnect
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
@@ -86,16 +86,14 @@ def _find_none(_message: bytes) -> str:
 def add_viewer_routes(
     app: FastAPI,
     upstream_port: Callable[[], int],
-    path: str = "/",
     head: str = "",
     find_faults: Callable[[], FindFault] = lambda: _find_none,
 ) -> ViewerRelay:
-    """Serves viser's page and websocket at one path of an application.
+    """Serves viser's page and websocket at the root of an application.
 
     Args:
         app: The application.
         upstream_port: Returns viser's internal port, called once per viewer.
-        path: Path, for example ``/`` or ``/viewer/``.
         head: HTML inserted at the start of the head of the page.
         find_faults: Returns, for each viewer, a function that describes why a message is invalid;
             by default all are valid.
@@ -107,24 +105,10 @@ def add_viewer_routes(
         RuntimeError: If viser's page has no suitable head.
     """
     relay = ViewerRelay(upstream_port, head, find_faults)
-    bare = path.rstrip("/")
-    # The page drops a trailing slash from its own address to get that of its websocket.
-    app.add_api_websocket_route(bare or "/", relay.connect)
-    for place, show in (
-        (f"{bare}/", relay.show_page),
-        (f"{bare}/{_FILES}/{{name}}", relay.show_file),
-    ):
+    app.add_api_websocket_route("/", relay.connect)
+    for place, show in (("/", relay.show_page), (f"/{_FILES}/{{name}}", relay.show_file)):
         app.add_api_route(place, show, methods=["GET"], include_in_schema=False)
-    if bare:
-        app.add_api_route(bare, _redirect_to(f"{bare}/"), include_in_schema=False)
     return relay
-
-
-def _redirect_to(path: str) -> Callable[[], Response]:
-    def redirect() -> Response:
-        return RedirectResponse(path)
-
-    return redirect
 
 
 class ViewerRelay:

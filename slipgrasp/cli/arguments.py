@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from slipgrasp.cli.scenarios import HelpWithParameters
 from slipgrasp.cli.status import CommandError, complain
 
 if TYPE_CHECKING:
@@ -25,15 +25,59 @@ Read = TypeVar("Read")
 def add_scenario(
     parser: argparse.ArgumentParser, accepted: str = "name of a preset, or a TOML file"
 ) -> None:
-    """Adds ``SCENARIO``, ``--law``, ``--set`` and help with parameters to a parser without help.
+    """Adds ``SCENARIO``, ``--law``, ``--set`` and help with parameters to a parser.
 
     Args:
         parser: The parser.
         accepted: Help for ``SCENARIO``.
     """
-    parser.add_argument("-h", "--help", action=HelpWithParameters)
+    parser.add_argument("-h", "--help", action=_HelpWithParameters)
     parser.add_argument("scenario", metavar="SCENARIO", help=accepted)
     add_changes(parser)
+
+
+class _HelpWithParameters(argparse.Action):
+    """``--help`` that also lists the parameters, whose definitions it imports only when used."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str) -> None:
+        super().__init__(
+            option_strings, argparse.SUPPRESS, nargs=0, help="show this help message and exit"
+        )
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: str | Sequence[Any] | None,
+        option_string: str | None = None,
+    ) -> None:
+        """Prints the help and ends the program."""
+        from slipgrasp.core.scenario import RAIL, SPATIAL, SUPPORT
+        from slipgrasp.core.scenario.field_errors import template_keys
+
+        print(parser.format_help())
+        planar = template_keys()
+        shown = {_described(key, parameter) for key, parameter in planar.items()}
+        print("parameters for --set (indices of lists start at 0):\n")
+        _print_parameters(planar)
+        for space, what in (
+            (SPATIAL, "spatial hands"),
+            (SUPPORT, "a body on a support"),
+            (RAIL, "a finger on a rail"),
+        ):
+            print(f"\nparameters of {what} that differ from these:\n")
+            own = template_keys(space).items()
+            _print_parameters({key: new for key, new in own if _described(key, new) not in shown})
+        parser.exit()
+
+
+def _print_parameters(parameters: Mapping[str, Parameter]) -> None:
+    for key, parameter in parameters.items():
+        print(_described(key, parameter))
+
+
+def _described(key: str, parameter: Parameter) -> str:
+    return f"  {key}  ({parameter.limit})\n      {parameter.text}"
 
 
 def add_changes(parser: argparse.ArgumentParser) -> None:
@@ -141,6 +185,32 @@ def _law_words(scenario: Scenario, choice: LawChoice, base: Scenario) -> str:
     return f"{set_with_it}; {list_unknowns(known.unknowns)}{told}"
 
 
+def number_in(
+    low: float, high: float, what: str, allowed: str = "", *, of: type[int] | type[float] = float
+) -> Callable[[str], Any]:
+    """Returns a function that reads a number within limits, for the type of an argument.
+
+    Args:
+        low: Smallest allowed number.
+        high: Largest allowed number.
+        what: What the number is, such as ``a port``.
+        allowed: The allowed numbers in words; both limits if empty.
+        of: Kind of number.
+    """
+
+    def read(text: str) -> Any:
+        try:
+            number = of(text) if text.isascii() else math.nan
+        except ValueError:
+            number = math.nan
+        if not low <= number <= high:
+            limits = allowed or f"allowed: {low:g} … {high:g}"
+            raise argparse.ArgumentTypeError(f"'{text[:20]}' is not {what}; {limits}")
+        return number
+
+    return read
+
+
 def add_data_directory(parser: argparse.ArgumentParser) -> None:
     """Adds ``--data-dir``."""
     parser.add_argument(
@@ -202,6 +272,41 @@ def check_output(output: Path, force: bool, option: str = "--output") -> None:
         raise CommandError(f"{option} '{output}': no permission to write in that folder")
     if output.exists() and not force:
         raise CommandError(f"'{output}' exists; --force replaces it")
+
+
+def refuse_existing(output: Path | None, force: bool) -> None:
+    """Raises an error if a file exists and must not be replaced.
+
+    Args:
+        output: The file, if any.
+        force: Whether an existing file is replaced.
+
+    Raises:
+        RecordingExistsError: If it exists and must not be replaced.
+    """
+    if output is not None and output.exists() and not force:
+        from slipgrasp.recordings.exceptions import RecordingExistsError
+
+        raise RecordingExistsError(output)
+
+
+def write_new(path: Path, text: str) -> None:
+    """Writes a new text file.
+
+    Args:
+        path: The file.
+        text: Its content.
+
+    Raises:
+        CommandError: If it exists or cannot be written.
+    """
+    try:
+        with path.open("x", encoding="utf-8") as stream:
+            stream.write(text)
+    except FileExistsError:
+        raise CommandError(f"'{path}' exists; choose another name") from None
+    except OSError as error:
+        raise CommandError(f"'{path}' cannot be written: {error.strerror}") from error
 
 
 def parse_assignments(texts: Iterable[str], definitions: Mapping[str, Parameter]) -> dict[str, Any]:

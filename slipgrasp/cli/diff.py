@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipgrasp.cli.arguments import add_data_directory, recording_path
+from slipgrasp.cli.arguments import add_data_directory, recording_path, refuse_existing
 from slipgrasp.cli.figures import FORMATS
 from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import CommandError, ExitStatus
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
     from slipgrasp.recordings.compare.comparison import Comparison
 
+NAME = "diff"
+HELP = "compare two recordings"
 DESCRIPTION = (
     "Compare two recordings at their common sampling times: parameters, phase changes, "
     "columns (the first and the largest deviation) and metrics. Two runs are equal if outcome, end "
@@ -26,14 +28,8 @@ DESCRIPTION = (
 EPILOG = "exit status: 0 equal within the tolerance, 1 different, 2 cannot be compared"
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "diff",
-        help="compare two recordings",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     for name in ("a", "b"):
         parser.add_argument(
             name, metavar=name.upper(), help="a recording (FILE.mcap) or the id of a stored run"
@@ -54,10 +50,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     )
     parser.add_argument("--force", action="store_true", help="replace an existing --figure file")
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     from slipgrasp.recordings.compare.comparison import check_tolerance, compare
     from slipgrasp.recordings.measured.recording import is_measured
 
@@ -88,10 +84,7 @@ def _check_figure(path: Path | None, force: bool) -> None:
         return
     if path.suffix.lower().removeprefix(".") not in FORMATS:
         raise CommandError(f"--figure '{path}' does not end in .svg, .pdf or .png")
-    if path.exists() and not force:
-        from slipgrasp.recordings.exceptions import RecordingExistsError
-
-        raise RecordingExistsError(path)
+    refuse_existing(path, force)
 
 
 def _read(path: Path) -> RunResult:

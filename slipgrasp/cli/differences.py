@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import Any
 
+from slipgrasp.cli.tables import table_lines
 from slipgrasp.core.scenario.parameters import ParameterDifference
 from slipgrasp.core.words.parameter_words import unit_after
 from slipgrasp.recordings.compare.comparison import Comparison
@@ -48,11 +49,11 @@ def describe_differences(comparison: Comparison, fingers: Sequence[str]) -> str:
     blocks = [
         [_outcome(comparison), *_integration_error(comparison), _extent(comparison)],
         [f"Run {run} contradicts itself: {found}." for run, found in comparison.contradictions],
-        _table("parameter", ("a", "b", ""), map(_parameter, comparison.scenario)),
+        table_lines([("parameter", "a", "b", ""), *map(_parameter, comparison.scenario)]),
         _phase_changes(comparison, fingers),
         _divergences(comparison),
         _largest(comparison),
-        _table("metric", ("a", "b"), _metrics(comparison)),
+        table_lines([("metric", "a", "b"), *_metrics(comparison)]),
         _uncompared(comparison),
     ]
     return "\n\n".join("\n".join(lines) for lines in blocks if lines)
@@ -101,7 +102,7 @@ def _parameter(difference: ParameterDifference) -> list[str]:
 def _phase_changes(comparison: Comparison, fingers: Sequence[str]) -> list[str]:
     shown = comparison.phase_changes[:MOST_PHASE_CHANGES]
     rows = (_phase_change(change, fingers[change.contact]) for change in shown)
-    lines = _table("phase change", ("a [s]", "b [s]", "b - a [s]"), rows)
+    lines = table_lines([("phase change", "a [s]", "b [s]", "b - a [s]"), *rows])
     if hidden := len(comparison.phase_changes) - len(shown):
         lines.append(f"and {hidden} more")
     return lines
@@ -119,7 +120,7 @@ def _divergences(comparison: Comparison) -> list[str]:
     groups = groupby(comparison.first_divergence.items(), key=lambda entry: entry[1])
     found = [(time, [name for name, _ in entries]) for time, entries in groups]
     rows = [[_time(time), _some(names)] for time, names in found[:MOST_DIVERGENCES]]
-    lines = _table("first at", ("column",), rows, align_left=True)
+    lines = table_lines([("first at", "column"), *rows], left=(0, 1))
     if hidden := sum(len(names) for _, names in found[MOST_DIVERGENCES:]):
         last = found[-1][0]
         lines.append(f"and {hidden} more columns, the last at {_time(last)}")
@@ -142,7 +143,7 @@ def _largest(comparison: Comparison) -> list[str]:
         ]
         for c in comparison.largest_differences
     )
-    return _table("largest difference", ("max", "rms", "at", "unit"), rows)
+    return table_lines([("largest difference", "max", "rms", "at", "unit"), *rows])
 
 
 def _metrics(comparison: Comparison) -> Iterator[list[str]]:
@@ -154,26 +155,6 @@ def _metrics(comparison: Comparison) -> Iterator[list[str]]:
 def _uncompared(comparison: Comparison) -> list[str]:
     missing = {"a": comparison.only_a, "b": comparison.only_b}
     return [f"Only {run} has {', '.join(names)}." for run, names in missing.items() if names]
-
-
-def _table(
-    title: str,
-    heads: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    *,
-    align_left: bool = False,
-) -> list[str]:
-    """Lines of a table with numbers right-aligned; none if it is empty."""
-    cells = [[title, *heads], *rows]
-    if len(cells) == 1:
-        return []
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    return ["  ".join(_aligned(row, widths, align_left)).rstrip() for row in cells]
-
-
-def _aligned(row: Sequence[str], widths: Sequence[int], align_left: bool) -> Iterator[str]:
-    for k, (cell, width) in enumerate(zip(row, widths, strict=True)):
-        yield cell.ljust(width) if k == 0 or align_left else cell.rjust(width)
 
 
 def _value(value: Any) -> str:

@@ -12,7 +12,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from slipgrasp.cli.arguments import add_data_directory, recording_path
+from slipgrasp.cli.arguments import add_data_directory, recording_path, refuse_existing
 from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import CommandError, ExitStatus
 from slipgrasp.recordings.clip import Clip
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 Update = Callable[[float], None]
 
+NAME = "export"
 FORMATS = {each.name: each for each in EXPORT_FORMATS}
 MOST_FRAMES_PER_SECOND = 50.0
 EPILOG = "exit status: 0 written, 2 bad input. For the paper's figures see 'slipgrasp figures'."
@@ -46,16 +47,14 @@ def _described() -> Iterator[str]:
         yield f"as {titles} ({contents})" if titles else f"as {contents}"
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
+HELP = f"write a recording as {_listed([each.title for each in EXPORT_FORMATS], ' or')}"
+DESCRIPTION = f"Write a recording {_listed([*_described()], ', or')}. Units are SI."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     names = _listed([each.name for each in MOVING_FORMATS], " and")
     rates = _listed([f"{each.fps:g}" for each in MOVING_FORMATS], " and")
-    parser = commands.add_parser(
-        "export",
-        help=f"write a recording as {_listed([each.title for each in EXPORT_FORMATS], ' or')}",
-        description=f"Write a recording {_listed([*_described()], ', or')}. Units are SI.",
-        epilog=EPILOG,
-    )
     parser.add_argument(
         "recording", metavar="FILE.mcap|ID", help="the recording, or the id of a stored run"
     )
@@ -85,7 +84,6 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     _add_clip(parser)
     _add_still(parser)
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
 def _add_clip(parser: argparse.ArgumentParser) -> None:
@@ -151,7 +149,8 @@ def _frames_per_second(text: str) -> float:
     return fps
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     output: Path | None = arguments.output
     chosen = FORMATS[arguments.format or _format_of(output)]
     clip, still = _clip_of(arguments), _still_of(arguments)
@@ -160,10 +159,7 @@ def _execute(arguments: argparse.Namespace) -> ExitStatus:
     if arguments.premises and chosen not in DATA_FORMATS:
         names = _listed([each.name for each in DATA_FORMATS], " or")
         raise CommandError(f"--assumptions adds columns, {chosen.name} has none; choose {names}")
-    if output is not None and output.exists() and not arguments.force:
-        from slipgrasp.recordings.exceptions import RecordingExistsError
-
-        raise RecordingExistsError(output)
+    refuse_existing(output, arguments.force)
     path = recording_path(arguments.recording, arguments.data_directory)
     with Progress("reading the recording"):
         from slipgrasp.recordings.file.reader import read_recording

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 FORMATS = ("svg", "pdf", "png")
 RECORDING_SUFFIX = ".mcap"
 _SIGNALS = "signals"
+NAME = "figures"
+HELP = "draw the paper's figures of a scenario or a recording"
 DESCRIPTION = (
     "Draw the schematic of a scenario (the paper's Fig. 4), and the tracking errors and slips, the "
     "estimates, and the joint torques and contact forces of its run (Fig. 5-7 for case I, 8-10 for "
@@ -31,14 +33,8 @@ EPILOG = (
 )
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "figures",
-        help="draw the paper's figures of a scenario or a recording",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parser.add_argument(
         "source",
         metavar="SOURCE",
@@ -80,7 +76,6 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="with --signals: title above the figure (at most 100 characters)",
     )
     parser.add_argument("--force", action="store_true", help="replace existing files")
-    parser.set_defaults(execute=_execute)
 
 
 def _formats(text: str) -> tuple[str, ...]:
@@ -99,7 +94,8 @@ def _time(text: str) -> tuple[float, float]:
     return start, end
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     source = Path(arguments.source)
     folder = arguments.output or Path(f"{source.stem}-figures")
     options = (arguments.over, arguments.time, arguments.title)

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from slipgrasp.core.fit.report import FitReport, FittedParameter
     from slipgrasp.core.scenario import Scenario
 
+NAME = "fit"
+HELP = "find parameters from measured data, with intervals"
 DESCRIPTION = (
     "Find parameters of a scenario from a recording or a table of measured data (docs/fit.md). "
     "Searches start from many points; a profile of each parameter gives its 95 % interval, or "
@@ -40,14 +42,8 @@ EPILOG = (
 )
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "fit",
-        help="find parameters from measured data, with intervals",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parser.add_argument(
         "data",
         metavar="DATA.csv|FILE.mcap|ID",
@@ -83,7 +79,6 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument("--json", action="store_true", help="print the report as one JSON object")
     add_map(parser)
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
 def _add_search(parser: argparse.ArgumentParser) -> None:
@@ -127,7 +122,8 @@ def _add_search(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="seed of starts and twins")
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     with Progress("reading the data"):
         scenario = read_scenario(arguments)
         with _naming_options():

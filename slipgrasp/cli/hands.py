@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from slipgrasp.cli.arguments import write_new
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
 if TYPE_CHECKING:
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     )
     from slipgrasp.core.scenario.hand_files.visuals import Visuals
 
+NAME = "hands"
+HELP = "make the fingers of a scenario from the URDF or MJCF file of a hand"
+DESCRIPTION = "Make the fingers of a scenario from the URDF or MJCF file of a hand."
 _MOST_BYTES = 10_000_000
 _COUPLING = "JOINT=LEADER,RATIO[,OFFSET]"
 _USE = """\
@@ -30,10 +34,8 @@ with its face and friction.
 """
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    text = "the fingers of a scenario from the URDF or MJCF file of a hand"
-    parser = commands.add_parser("hands", help=f"make {text}", description=f"Make {text}.")
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parts = parser.add_subparsers(metavar="COMMAND", required=True)
     command = parts.add_parser(
         "import",
@@ -64,7 +66,6 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "--output", metavar="FILE.toml", type=Path, required=True, help="file to write"
     )
     _add_options(command)
-    command.set_defaults(execute=_import)
 
 
 def _add_options(command: argparse.ArgumentParser) -> None:
@@ -105,7 +106,8 @@ def _add_options(command: argparse.ArgumentParser) -> None:
     )
 
 
-def _import(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     import numpy as np
 
     from slipgrasp.core.scenario.hand_files.description import Description, pose_of
@@ -118,13 +120,7 @@ def _import(arguments: argparse.Namespace) -> ExitStatus:
         text = _hand_toml(arguments, fingers, base)
     else:
         text = _scenario_toml(arguments.scenario, fingers, base)
-    try:
-        with arguments.output.open("x", encoding="utf-8") as stream:
-            stream.write(text)
-    except FileExistsError:
-        raise CommandError(f"'{arguments.output}' exists; choose another name") from None
-    except OSError as error:
-        raise CommandError(f"'{arguments.output}' cannot be written: {error.strerror}") from error
+    write_new(arguments.output, text)
     _report(arguments, hand, fingers)
     _write_meshes(arguments, hand, fingers)
     return ExitStatus.COMPLETED

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.measured.csv_import import ImportOptions
     from slipgrasp.recordings.measured.recording import MeasuredOutline
 
+NAME = "import"
+HELP = "make a recording of measured data"
 DESCRIPTION = (
     "Turn measured data (CSV) into a recording (docs/fit.md). Nothing is simulated. Signals "
     "are named like the columns of runs, such as x, theta, slip_0 or normal_force_1, and are "
@@ -25,14 +27,8 @@ DESCRIPTION = (
 EPILOG = "exit status: 0 imported, 2 bad input, 4 disk failure"
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "import",
-        help="make a recording of measured data",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parser.add_argument("table", metavar="DATA.csv", type=Path, help="table with a header line")
     add_map(parser, required=True)
     parser.add_argument(
@@ -44,7 +40,6 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument("--force", action="store_true", help="replace an existing --output file")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
 def add_map(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
@@ -114,7 +109,8 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
     )
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     options = read_options(arguments)
     with Progress(f"reading {arguments.table.name}"):
         outline, path, run_id = _import(arguments, options)

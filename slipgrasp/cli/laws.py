@@ -11,19 +11,18 @@ from typing import Any
 
 from slipgrasp.cli.status import CommandError, ExitStatus
 
+NAME = "laws"
+HELP = "list the control laws, or write a new one"
+DESCRIPTION = (
+    "List the control laws: the built-in ones, and those of installed packages (entry points of "
+    "the group slipgrasp.laws)."
+)
 _FILE = re.compile(r"[A-Za-z_]\w*\.py")
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "laws",
-        help="list the control laws, or write a new one",
-        description="List the control laws: the built-in ones, and those of installed packages "
-        "(entry points of the group slipgrasp.laws).",
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(execute=_list)
     parts = parser.add_subparsers(metavar="COMMAND")
     new = parts.add_parser(
         "new",
@@ -34,7 +33,8 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     new.set_defaults(execute=_write)
 
 
-def _list(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Lists the laws."""
     laws = [*_built_in(), *_installed()]
     if arguments.json:
         print(json.dumps({"laws": laws}, allow_nan=False))

@@ -33,6 +33,11 @@ from slipgrasp.cli import (
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 from slipgrasp.core.exceptions import SlipgraspError
 
+_COMMANDS = (
+    *(run, margin, study, rebuild, import_data, fit, replay, diff, verify),
+    *(export, page, scene, figures, recover, prune, scenarios, hands, laws, serve),
+)
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line.
@@ -108,11 +113,16 @@ def _make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action=_Version)
     commands = parser.add_subparsers(metavar="COMMAND", dest="command", required=True)
-    for command in (
-        *(run, margin, study, rebuild, import_data, fit, replay, diff, verify),
-        *(export, page, scene, figures, recover, prune, scenarios, hands, laws, serve),
-    ):
-        command.add_command(commands)
+    for command in _COMMANDS:
+        part = commands.add_parser(
+            command.NAME,
+            help=command.HELP,
+            description=command.DESCRIPTION,
+            epilog=getattr(command, "EPILOG", None),
+            conflict_handler="resolve",  # some have another --help
+        )
+        part.set_defaults(execute=command.execute)
+        command.add_arguments(part)
     return parser
 
 

@@ -10,7 +10,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipgrasp.cli.arguments import add_data_directory, add_scenario, read_scenario, store_in
+from slipgrasp.cli.arguments import (
+    add_data_directory,
+    add_scenario,
+    read_scenario,
+    refuse_existing,
+    store_in,
+)
 from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
@@ -20,6 +26,8 @@ if TYPE_CHECKING:
     from slipgrasp.core.run.result import RunResult
     from slipgrasp.core.study.margin import Margin, MarginError
 
+NAME = "margin"
+HELP = "find the range of a parameter over which the grasp holds"
 DESCRIPTION = (
     "Find the boundary of the range of a parameter over which the grasp holds the object. The "
     "command simulates the values --from and --to and some between them, then bisects, and stores "
@@ -33,15 +41,8 @@ HELD, LOST = "held.mcap", "lost.mcap"
 _VISIBLE_TURN = 0.5  # [°]
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "margin",
-        help="find the range of a parameter over which the grasp holds",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        add_help=False,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     add_scenario(parser)
     parser.add_argument(
         "--over",
@@ -85,7 +86,6 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument("--force", action="store_true", help="replace these files in --output")
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
 def _number(text: str) -> float:
@@ -95,7 +95,8 @@ def _number(text: str) -> float:
         raise argparse.ArgumentTypeError(f"'{text[:20]}' is not a number") from None
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     from slipgrasp.core.study.parameter_range import ParameterRange
 
     scenario = read_scenario(arguments)
@@ -155,11 +156,8 @@ def _find_place(arguments: argparse.Namespace) -> _Place:
 
 
 def _prepare_folder(folder: Path, force: bool) -> None:
-    from slipgrasp.recordings.exceptions import RecordingExistsError
-
-    existing = [path for path in (folder / HELD, folder / LOST) if path.exists()]
-    if existing and not force:
-        raise RecordingExistsError(existing[0])
+    for name in (HELD, LOST):
+        refuse_existing(folder / name, force)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

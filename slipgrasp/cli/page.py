@@ -20,12 +20,14 @@ if TYPE_CHECKING:
 
 RECORDING_SUFFIX = ".mcap"
 WHY = "why"
+NAME = "page"
+HELP = "write a live page: one HTML file that simulates a scenario"
 DESCRIPTION = (
-    "Write a live page: one HTML file that simulates a scenario in a browser. It needs no server, "
-    "no network and no installation, and shows the SHA-256 of its run, which 'slipgrasp run "
-    "--json' prints too. SCENARIO can also be a recording (FILE.mcap), whose scenario is simulated "
-    "again, or 'why': the page 'Why does my object slip?', which asks for five numbers of a "
-    "gripper."
+    "Write a live page: one HTML file that simulates a scenario in a browser. It needs no "
+    "server, no network and no installation, and shows the SHA-256 of its run, which 'slipgrasp "
+    "run --json' prints too. SCENARIO can also be a recording (FILE.mcap), whose scenario is "
+    "simulated again, or 'why': the page 'Why does my object slip?', which asks for five "
+    "numbers of a gripper."
 )
 EPILOG = (
     "The first use compiles the kernel to WebAssembly, which takes a minute or two and needs "
@@ -33,15 +35,8 @@ EPILOG = (
 )
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "page",
-        help="write a live page: one HTML file that simulates a scenario",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        add_help=False,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     add_scenario(parser, "name of a preset, a TOML file, a recording (FILE.mcap), or 'why'")
     parser.add_argument(
         "--output", metavar="FILE.html", type=Path, required=True, help="file to write"
@@ -61,10 +56,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "of many pages",
     )
     parser.add_argument("--force", action="store_true", help="replace an existing file")
-    parser.set_defaults(execute=_execute)
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     output: Path = arguments.output
     check_output(output, arguments.force)
     if arguments.scenario == WHY:

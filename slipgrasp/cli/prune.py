@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING
 
-from slipgrasp.cli.arguments import add_data_directory, data_directory, store_in
+from slipgrasp.cli.arguments import add_data_directory, data_directory, number_in, store_in
 from slipgrasp.cli.serving import parse_size
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
@@ -16,6 +15,8 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.store.stored_run import StoredRun
     from slipgrasp.recordings.study.retention import Expired, Retention
 
+NAME = "prune"
+HELP = "list old runs, or delete them"
 DESCRIPTION = (
     "List the stored runs that the given rules do not retain; with --delete, delete them. At least "
     "one rule is required. Runs with a name, a tag or notes, results of studies, and recordings of "
@@ -23,18 +24,15 @@ DESCRIPTION = (
     "from its results."
 )
 MAX_DAYS = 36_500.0
+MAX_RUNS = 999_999_999
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "prune", help="list old runs, or delete them", description=DESCRIPTION
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     add_retention(parser)
     parser.add_argument("--delete", action="store_true", help="delete the listed runs permanently")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
 def add_retention(parser: argparse._ActionsContainer) -> None:
@@ -42,11 +40,14 @@ def add_retention(parser: argparse._ActionsContainer) -> None:
     parser.add_argument(
         "--keep-days",
         metavar="DAYS",
-        type=_days,
+        type=number_in(0.0, MAX_DAYS, "a number of days"),
         help="retain runs without a name, a tag or notes for this many days",
     )
     parser.add_argument(
-        "--keep-runs", metavar="N", type=_count, help="retain only the newest N such runs"
+        "--keep-runs",
+        metavar="N",
+        type=number_in(0, MAX_RUNS, "a number of runs", "allowed: 0 or more", of=int),
+        help="retain only the newest N such runs",
     )
     parser.add_argument(
         "--keep-size",
@@ -68,27 +69,8 @@ def read_retention(arguments: argparse.Namespace) -> Retention:
     )
 
 
-def _days(text: str) -> float:
-    try:
-        days = float(text)
-    except ValueError:
-        days = math.nan
-    if not 0.0 <= days <= MAX_DAYS:
-        raise argparse.ArgumentTypeError(
-            f"'{text[:20]}' is not a number of days; allowed: 0 … {MAX_DAYS:.0f}"
-        )
-    return days
-
-
-def _count(text: str) -> int:
-    if not (text.isascii() and text.isdecimal() and len(text) <= 9):
-        raise argparse.ArgumentTypeError(
-            f"'{text[:20]}' is not a number of runs; allowed: 0 or more"
-        )
-    return int(text)
-
-
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     from slipgrasp.recordings.study.retention import TrustedClock, delete_expired, find_expired
     from slipgrasp.recordings.study.study_store import StudyStore
 

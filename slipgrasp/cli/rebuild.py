@@ -6,7 +6,14 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipgrasp.cli.arguments import add_data_directory, know_law, names_a_file, store_in
+from slipgrasp.cli.arguments import (
+    add_data_directory,
+    know_law,
+    names_a_file,
+    number_in,
+    refuse_existing,
+    store_in,
+)
 from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import ExitStatus, complain
 
@@ -15,6 +22,9 @@ if TYPE_CHECKING:
     from slipgrasp.core.study.definition import Study
     from slipgrasp.recordings.study.study_row import StudyRow
 
+MAX_INDEX = 999_999_999
+NAME = "rebuild"
+HELP = "make a recording of one run of a study"
 DESCRIPTION = (
     "Simulate one run of a study again, check it against the hash in the study, and store it as a "
     "recording."
@@ -22,20 +32,19 @@ DESCRIPTION = (
 EPILOG = "exit status: 0 equal (stored), 1 different from the study (nothing saved), 2 bad input"
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "rebuild",
-        help="make a recording of one run of a study",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parser.add_argument(
         "study",
         metavar="STUDY.mcap|ID",
         help="the file of a study, finished or not (.part), or the id of a stored study",
     )
-    parser.add_argument("index", metavar="INDEX", type=_index, help="index of the run, from 0")
+    parser.add_argument(
+        "index",
+        metavar="INDEX",
+        type=number_in(0, MAX_INDEX, "the index of a run", "indices start at 0", of=int),
+        help="index of the run, from 0",
+    )
     parser.add_argument(
         "--output",
         metavar="FILE.mcap",
@@ -49,23 +58,12 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="load the study's custom law from this file; installed laws are found without it",
     )
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
-def _index(text: str) -> int:
-    if not (text.isascii() and text.isdigit() and len(text) < 10):
-        raise argparse.ArgumentTypeError(
-            f"'{text[:20]}' is not the index of a run; indices start at 0"
-        )
-    return int(text)
-
-
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     output: Path | None = arguments.output
-    if output is not None and output.exists() and not arguments.force:
-        from slipgrasp.recordings.exceptions import RecordingExistsError
-
-        raise RecordingExistsError(output)
+    refuse_existing(output, arguments.force)
     if arguments.law is not None:
         know_law(arguments.law)
     path = _study_path(arguments.study, arguments.data_directory)
@@ -103,14 +101,11 @@ def _read_row(path: Path, index: int) -> tuple[Study, StudyRow]:
 
 
 def _keep(result: RunResult, output: Path | None, chosen: Path | None, *, force: bool) -> Path:
-    from slipgrasp.recordings.file.writer import write_recording
-
     if output is not None:
+        from slipgrasp.recordings.file.writer import write_recording
+
         write_recording(result, output, overwrite=force)
         return output
     store = store_in(chosen)
     store.prepare()
-    reservation = store.reserve()
-    write_recording(result, reservation.path)
-    store.register(reservation, result)
-    return reservation.path.absolute()
+    return store.save(result).path.absolute()

@@ -8,6 +8,8 @@ from pathlib import Path
 from slipgrasp.cli.progress import Progress
 from slipgrasp.cli.status import ExitStatus
 
+NAME = "recover"
+HELP = "recover the content of a damaged recording"
 DESCRIPTION = (
     "Write the intact beginning of a damaged or unfinished recording as a complete recording. Its "
     "outcome is 'recovered', unless only the index was missing. The original is not changed."
@@ -15,14 +17,8 @@ DESCRIPTION = (
 EPILOG = "exit status: 0 recovered, 2 nothing to recover"
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "recover",
-        help="recover the content of a damaged recording",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parser.add_argument("recording", metavar="FILE", type=Path, help="the damaged recording")
     parser.add_argument(
         "--output",
@@ -32,10 +28,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "NAME.recovered.mcap for NAME.mcap)",
     )
     parser.add_argument("--force", action="store_true", help="replace an existing --output file")
-    parser.set_defaults(execute=_execute)
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     from slipgrasp.recordings.file.recovery import recover, recovered_name
 
     source: Path = arguments.recording

@@ -21,15 +21,17 @@ if TYPE_CHECKING:
     from slipgrasp.web.model.replay import Source
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "replay",
-        help="open a recording in the dashboard",
-        description="Open a recording in the dashboard, and serve it until interrupted, by "
-        "default only on this machine. Nothing is simulated until a control is moved. The first "
-        "line of standard output is the URL.",
-    )
+NAME = "replay"
+HELP = "open a recording in the dashboard"
+DESCRIPTION = (
+    "Open a recording in the dashboard, and serve it until interrupted, by default only on this "
+    "machine. Nothing is simulated until a control is moved. The first line of standard output "
+    "is the URL."
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parser.add_argument(
         "recording",
         metavar="FILE.mcap|ID",
@@ -41,10 +43,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     add_data_directory(parser)
     add_limits(parser)
     add_log_format(parser)
-    parser.set_defaults(execute=_execute)
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     folder = data_directory(arguments.data_directory)
     source = _source(arguments.recording)
     _check(source, folder)

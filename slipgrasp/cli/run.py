@@ -16,7 +16,9 @@ from slipgrasp.cli.arguments import (
     add_data_directory,
     add_scenario,
     check_output,
+    number_in,
     read_scenario,
+    refuse_existing,
     store_in,
 )
 from slipgrasp.cli.interrupt import Interrupt
@@ -29,24 +31,19 @@ if TYPE_CHECKING:
     from slipgrasp.core.run.trying import TriedHint
     from slipgrasp.core.scenario import Scenario
 
+NAME = "run"
+HELP = "simulate a scenario and store the recording"
 DESCRIPTION = "Simulate a scenario, store the recording, and print the outcome."
 MAX_DISPLAY_RATE = 1000.0
 TRYING_LIMIT = 5.0  # [s]; the suggestions are tried within a second on most machines
-STATUSES = (
+EPILOG = (
     "exit status: 0 completed, 2 bad input (nothing saved), 3 ended early for a physical reason, "
     "4 any other early end (limit, interrupt, disk)"
 )
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "run",
-        help="simulate a scenario and store the recording",
-        description=DESCRIPTION,
-        epilog=STATUSES,
-        add_help=False,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     add_scenario(parser)
     parser.add_argument(
         "--output",
@@ -64,27 +61,16 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--display-rate",
         metavar="HZ",
-        type=_display_rate,
+        type=number_in(0.0, MAX_DISPLAY_RATE, "a display rate", "allowed: 0 … 1000 Hz"),
         help="rate at which the recording shows hand and object in Foxglove and Rerun, "
         f"0 for never (default: 50, at most {MAX_DISPLAY_RATE:g})",
     )
     parser.add_argument("--json", action="store_true", help="print the result as one JSON object")
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
-def _display_rate(text: str) -> float:
-    try:
-        rate = float(text)
-    except ValueError:
-        rate = -1.0
-    if not 0.0 <= rate <= MAX_DISPLAY_RATE:
-        limit = f"0 … {MAX_DISPLAY_RATE:g} Hz"
-        raise argparse.ArgumentTypeError(f"'{text[:20]}' is not a display rate; allowed: {limit}")
-    return rate
-
-
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     scenario = read_scenario(arguments)
     if arguments.page is not None:
         check_output(arguments.page, arguments.force, "--page")
@@ -142,23 +128,20 @@ def _find_place(arguments: argparse.Namespace) -> _Place:
 
 
 def _check_output(output: Path, force: bool) -> None:
-    from slipgrasp.recordings.exceptions import RecordingExistsError
-
     if output.is_dir():
         raise CommandError(f"--output '{output}' is a folder; give the name of a file")
     if not output.parent.is_dir():
         raise CommandError(f"--output '{output}': there is no folder '{output.parent}'")
     if not os.access(output.parent, os.W_OK | os.X_OK):
         raise CommandError(f"--output '{output}': no permission to write in that folder")
-    if output.exists() and not force:
-        raise RecordingExistsError(output)
+    refuse_existing(output, force)
 
 
 def _simulate(
     scenario: Scenario, place: _Place, display_rate: float | None
 ) -> tuple[RunResult, Path | None]:
     """Simulates and records; if the disk fails, the result is still printed, with a warning."""
-    from slipgrasp.recordings.file.foxglove import DISPLAY_RATE
+    from slipgrasp.recordings.file.foxglove.layouts import DISPLAY_RATE
     from slipgrasp.recordings.file.recorder import record
 
     load_simulation(scenario)

@@ -3,71 +3,23 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from slipgrasp.cli.arguments import write_new
 from slipgrasp.cli.status import CommandError, ExitStatus
 
 if TYPE_CHECKING:
     from slipgrasp.core.scenario.parameters import Parameter
 
+NAME = "scenarios"
+HELP = "list presets and parameters, or print or write a scenario"
+DESCRIPTION = "List the presets, print a scenario, list its parameters, or write a new one."
 _FIRST_PRESET = "composite-case-2"
 
 
-class HelpWithParameters(argparse.Action):
-    """``--help`` that also lists the parameters, whose definitions it imports only when used."""
-
-    def __init__(self, option_strings: Sequence[str], dest: str) -> None:
-        super().__init__(
-            option_strings, argparse.SUPPRESS, nargs=0, help="show this help message and exit"
-        )
-
-    def __call__(
-        self,
-        parser: argparse.ArgumentParser,
-        namespace: argparse.Namespace,
-        values: str | Sequence[Any] | None,
-        option_string: str | None = None,
-    ) -> None:
-        """Prints the help and ends the program."""
-        from slipgrasp.core.scenario import RAIL, SPATIAL, SUPPORT
-        from slipgrasp.core.scenario.field_errors import template_keys
-
-        print(parser.format_help())
-        planar = template_keys()
-        shown = {_described(key, parameter) for key, parameter in planar.items()}
-        print("parameters for --set (indices of lists start at 0):\n")
-        _print_parameters(planar)
-        for space, what in (
-            (SPATIAL, "spatial hands"),
-            (SUPPORT, "a body on a support"),
-            (RAIL, "a finger on a rail"),
-        ):
-            print(f"\nparameters of {what} that differ from these:\n")
-            own = template_keys(space).items()
-            _print_parameters({key: new for key, new in own if _described(key, new) not in shown})
-        parser.exit()
-
-
-def _print_parameters(parameters: Mapping[str, Parameter]) -> None:
-    for key, parameter in parameters.items():
-        print(_described(key, parameter))
-
-
-def _described(key: str, parameter: Parameter) -> str:
-    return f"  {key}  ({parameter.limit})\n      {parameter.text}"
-
-
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    description = "List the presets, print a scenario, list its parameters, or write a new one."
-    parser = commands.add_parser(
-        "scenarios",
-        help="list presets and parameters, or print or write a scenario",
-        description=description,
-    )
-    parser.set_defaults(execute=_list)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parts = parser.add_subparsers(metavar="COMMAND")
     show = parts.add_parser(
         "show",
@@ -125,18 +77,13 @@ def _write(arguments: argparse.Namespace) -> ExitStatus:
     if preset not in all_preset_names():
         raise CommandError(f"no preset '{preset}'{nearest(preset, all_preset_names())}")
     parameters = settable_parameters(load_scenario(preset))
-    try:
-        with file.open("x", encoding="utf-8") as stream:
-            stream.write(commented(preset_text(preset), parameters, file.name))
-    except FileExistsError:
-        raise CommandError(f"'{file}' exists; choose another name") from None
-    except OSError as error:
-        raise CommandError(f"'{file}' cannot be written: {error.strerror}") from error
+    write_new(file, commented(preset_text(preset), parameters, file.name))
     print(f"Wrote {file}. Run it with: slipgrasp run {file}")
     return ExitStatus.COMPLETED
 
 
-def _list(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Lists the presets."""
     from slipgrasp.core.scenario.loading import all_preset_names, load_scenario
 
     for name in all_preset_names():

@@ -10,6 +10,8 @@ from slipgrasp.cli.arguments import add_scenario, check_output, read_scenario
 from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import CommandError, ExitStatus
 
+NAME = "scene"
+HELP = "write a scenario as a scene of another engine, with the expected result"
 DESCRIPTION = (
     "Write the grasp of a scenario as a scene of another engine, and the expected result beside it "
     "as JSON: joint torques for each step, slip and forces at given times, phase changes, creep in "
@@ -19,15 +21,8 @@ DESCRIPTION = (
 EPILOG = "exit status: 0 written, 2 bad input"
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "scene",
-        help="write a scenario as a scene of another engine, with the expected result",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        add_help=False,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     add_scenario(parser)
     parser.add_argument(
         "--format",
@@ -45,10 +40,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         "written beside it, with the suffix .json",
     )
     parser.add_argument("--force", action="store_true", help="replace existing files")
-    parser.set_defaults(execute=_execute)
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     scene: Path = arguments.output
     answer = scene.with_suffix(".json")
     if scene == answer:

@@ -29,15 +29,16 @@ if TYPE_CHECKING:
     from slipgrasp.web.model.given_hand import GivenHand
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "serve",
-        help="serve the dashboard",
-        description="Serve the dashboard at / and the REST interface at /api/v1 until "
-        "interrupted, by default only on this machine. The first line of standard output is the "
-        "URL.",
-    )
+NAME = "serve"
+HELP = "serve the dashboard"
+DESCRIPTION = (
+    "Serve the dashboard at / and the REST interface at /api/v1 until interrupted, by default "
+    "only on this machine. The first line of standard output is the URL."
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     add_port(parser)
     add_network(parser)
     add_data_directory(parser)
@@ -68,10 +69,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="file written by 'slipgrasp hands import', whose fingers are drawn with the meshes "
         "beside it; or a scenario file that names it, with which the dashboard then starts",
     )
-    parser.set_defaults(execute=_execute)
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     for specification in arguments.laws:
         know_law(specification)
     folder = data_directory(arguments.data_directory)

@@ -14,7 +14,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipgrasp.cli.arguments import store_in
+from slipgrasp.cli.arguments import number_in, store_in
 from slipgrasp.cli.progress import Progress, compiling_words
 from slipgrasp.cli.status import CommandError, ExitStatus, complain
 
@@ -40,7 +40,7 @@ def add_port(parser: argparse.ArgumentParser, default: int = DEFAULT_PORT) -> No
     parser.add_argument(
         "--port",
         metavar="N",
-        type=_port,
+        type=number_in(0, 65535, "a port", of=int),
         default=default,
         help=f"port to listen on, 0 for any free port (default: {default})",
     )
@@ -80,13 +80,6 @@ def add_network(parser: argparse.ArgumentParser) -> None:
         help="require the token from all users, including those on this machine; needed if the "
         "port is forwarded, because forwarded requests seem to come from this machine",
     )
-
-
-def _port(text: str) -> int:
-    port = int(text) if text.isdecimal() and len(text) <= 5 else -1
-    if not 0 <= port <= 65535:
-        raise argparse.ArgumentTypeError(f"'{text[:20]}' is not a port; allowed: 0 … 65535")
-    return port
 
 
 def add_limits(parser: argparse.ArgumentParser) -> None:

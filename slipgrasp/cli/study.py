@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from slipgrasp.cli.arguments import add_data_directory, data_directory
+from slipgrasp.cli.arguments import add_data_directory, data_directory, number_in
 from slipgrasp.cli.interrupt import Interrupt
 from slipgrasp.cli.progress import Progress, load_simulation
 from slipgrasp.cli.status import ExitStatus, complain
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 MAX_WORKERS = 1024
 REMOTE = "dask://"
 CHECKED_BY_ESTIMATE = 10_000
+NAME = "study"
+HELP = "simulate many runs, and tabulate and map their outcomes"
 DESCRIPTION = (
     "Simulate the runs of a study (docs/studies.md), and store them in one file, study.mcap, with "
     "a table of the results, results.csv. If two numeric parameters vary, map.svg and map.png show "
@@ -35,14 +37,8 @@ EPILOG = (
 )
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "study",
-        help="simulate many runs, and tabulate and map their outcomes",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parser.add_argument("study", metavar="FILE.toml", type=Path, help="definition of the study")
     parser.add_argument(
         "--output",
@@ -61,7 +57,7 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     parser.add_argument(
         "--workers",
         metavar="N",
-        type=_workers,
+        type=number_in(1, MAX_WORKERS, "a number of workers", of=int),
         help="number of processes of the executors processes and dask (default: one per processor)",
     )
     parser.add_argument(
@@ -74,20 +70,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
-def _workers(text: str) -> int:
-    count = int(text) if text.isascii() and text.isdigit() and len(text) < 6 else 0
-    if not 1 <= count <= MAX_WORKERS:
-        limit = f"1 … {MAX_WORKERS}"
-        raise argparse.ArgumentTypeError(
-            f"'{text[:20]}' is not a number of workers; allowed: {limit}"
-        )
-    return count
-
-
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     with Progress("reading the study"):
         from slipgrasp.core.executors import make_executor
         from slipgrasp.core.study.loading import load_study

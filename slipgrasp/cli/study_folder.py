@@ -160,7 +160,7 @@ def _is_begun(path: Path, study: Study) -> bool:
     if path.exists() or not part.exists():
         return False
     so_far = read_rows_so_far(part)
-    return so_far is None or so_far.definition == definition_document(study)
+    return so_far is None or so_far[0].definition == definition_document(study)
 
 
 def _discard(path: Path, force: bool) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from slipgrasp.cli.progress import Progress
+from slipgrasp.cli.tables import table_lines
 
 if TYPE_CHECKING:
     from slipgrasp.recordings.study.results import StudyResults
@@ -72,7 +73,7 @@ def _outcomes(results: StudyResults) -> list[str]:
         (word, str(count), _percent(count, summary.finished), _reasons(reasons.get(word, {})))
         for word, count in summary.outcomes.items()
     ]
-    return _table(("outcome", "runs", "share", "reasons"), rows)
+    return table_lines([("outcome", "runs", "share", "reasons"), *rows], left=(0, 3))
 
 
 def _reasons(counts: dict[str, int]) -> str:
@@ -92,7 +93,7 @@ def _comparison(compared: CombinationComparison) -> list[str]:
         (name, str(one.runs), str(one.held), _percent(one.held, one.runs - one.too_short))
         for name, one in zip(names, compared.combinations, strict=True)
     ]
-    lines = _table(("compared", "runs", "held", "share"), rows)
+    lines = table_lines([("compared", "runs", "held", "share"), *rows])
     if len(compared.pairs) == 1:
         pair = compared.pairs[0]
         lines.append(
@@ -106,26 +107,6 @@ def _comparison(compared: CombinationComparison) -> list[str]:
 def _value(value: Any) -> str:
     shown = f"{value:g}" if isinstance(value, float) else str(value)
     return shown[:LONGEST_VALUE]
-
-
-def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """A table with aligned columns, numbers right-aligned."""
-    if not rows:
-        return []
-    widths = [max(map(len, column)) for column in zip(heads, *rows, strict=True)]
-    return [_line(heads, widths), *(_line(row, widths) for row in rows)]
-
-
-def _line(cells: Sequence[str], widths: Sequence[int]) -> str:
-    words = [
-        f"{cell:>{width}}" if 0 < place < 3 or _is_share(cell) else f"{cell:<{width}}"
-        for place, (cell, width) in enumerate(zip(cells, widths, strict=True))
-    ]
-    return "  ".join(words).rstrip()
-
-
-def _is_share(cell: str) -> bool:
-    return cell.endswith("%") or cell == "share"
 
 
 def _saved(saved: dict[str, Any]) -> Iterator[str]:

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from slipgrasp.recordings.measured.recording import MeasuredOutline
 
 MOST_NAMES = 6
+NAME = "verify"
+HELP = "simulate a recording again and compare"
 DESCRIPTION = (
     "Simulate the scenario of a recording again, and compare. With the same version of the "
     "numerics every bit must agree, on any machine. With another version the columns must agree "
@@ -30,14 +32,8 @@ EPILOG = (
 )
 
 
-def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Adds the command to the parser."""
-    parser = commands.add_parser(
-        "verify",
-        help="simulate a recording again and compare",
-        description=DESCRIPTION,
-        epilog=EPILOG,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
     parser.add_argument(
         "recording", metavar="FILE.mcap|ID", help="the recording, or the id of a stored run"
     )
@@ -56,10 +52,10 @@ def add_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     add_data_directory(parser)
-    parser.set_defaults(execute=_execute)
 
 
-def _execute(arguments: argparse.Namespace) -> ExitStatus:
+def execute(arguments: argparse.Namespace) -> ExitStatus:
+    """Executes the command."""
     path = recording_path(arguments.recording, arguments.data_directory)
     with Progress("reading the recording"):
         from slipgrasp.recordings.file.reader import read_back

@@ -3,7 +3,6 @@
 Nothing here judges a time; times only have to agree with each other where they must.
 """
 
-import json
 import shutil
 from functools import cache
 from pathlib import Path
@@ -12,22 +11,27 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks import claims, memory, onset, scaling, space
+from benchmarks import (
+    batch,
+    catalogue,
+    claims,
+    front_ends,
+    memory,
+    onset,
+    recording,
+    scaling,
+    space,
+)
 from benchmarks.__main__ import main
-from benchmarks.batch import compare_batches, vary
-from benchmarks.catalogue import measure_catalogue
-from benchmarks.charts import draw_scaling, save
+from benchmarks.charts import DIAGRAMS, by_columns, by_labels
 from benchmarks.cluster import Costs, measure_costs_of_a_run, project
-from benchmarks.front_ends import measure_front_ends
 from benchmarks.hands import holding_hand
 from benchmarks.mujoco_hold import hold_by_actuators, hold_by_numpy
-from benchmarks.mujoco_replay import replay_in_mujoco
-from benchmarks.mujoco_torques import stepping
-from benchmarks.recording import measure_recording
+from benchmarks.mujoco_replay import replay_in_mujoco, stepping
 from benchmarks.report import Table, read_table, update_page
 from benchmarks.speed import compare_speed, profile
 from benchmarks.study import make_study
-from benchmarks.study_load import run_over_rest
+from benchmarks.study_load import Load, run_over_rest
 from benchmarks.timing import fit_exponent, fit_line, median_seconds
 from benchmarks.work_precision import (
     Reference,
@@ -131,7 +135,7 @@ def test_in_space_a_run_is_timed_beside_mujoco_and_by_its_parts():
 
 
 def test_variants_of_a_batch_differ_and_are_the_same_every_time():
-    first, again = list(vary("paper-case-1", 20, 0.5)), list(vary("paper-case-1", 20, 0.5))
+    first, again = (list(batch.vary("paper-case-1", 20, 0.5)) for _ in range(2))
     assert first == again
     masses = [scenario.object.mass for scenario in first]
     frictions = [finger.friction for scenario in first for finger in scenario.fingers]
@@ -141,7 +145,7 @@ def test_variants_of_a_batch_differ_and_are_the_same_every_time():
 
 
 def test_batches_of_both_sides_are_compared_over_completed_runs():
-    table = compare_batches(count=5, rounds=1, duration=0.3)
+    (table,) = batch.run(count=5, rounds=1, duration=0.3)
     rates, ratios = column(table, 1), column(table, 2)
     assert ratios[0] == 1.0
     # Rates are printed as whole numbers, ratios to a tenth.
@@ -163,21 +167,34 @@ def test_hands_of_two_to_six_fingers_hold_the_object_to_the_end(number):
     assert result.trace.friction_margin.min() > 0.0
 
 
-def test_scaling_is_drawn_with_every_size_it_measured(tmp_path):
+def test_scaling_has_the_cost_of_every_size_it_measured():
     durations = scaling.measure_duration((0.2, 0.4), rounds=1)
     fingers = scaling.measure_fingers((2, 3, 4), rounds=1, duration=0.2)
-    assert durations.sizes == (0.2, 0.4)
-    for measured in (durations, fingers):
-        assert set(measured.seconds) == set(scaling.CONTROL)
-        for cost in measured.seconds.values():
-            assert len(cost) == len(measured.sizes)
-            assert min(cost) > 0.0
-    figure = draw_scaling(durations, fingers)
-    left, right = figure.axes
-    drawn = [list(line.get_xdata()) for line in (*left.lines, *right.lines[:2])]
-    assert drawn == [[0.2, 0.4]] * 2 + [[2.0, 3.0, 4.0]] * 2
-    save(figure, tmp_path / "images" / "scaling.svg")
-    assert (tmp_path / "images" / "scaling.svg").read_bytes().startswith(b"<?xml")
+    assert column(durations, 0) == [0.2, 0.4] and column(fingers, 0) == [2.0, 3.0, 4.0]
+    for table in (durations, fingers):
+        assert min(column(table, 1) + column(table, 2)) > 0.0
+
+
+# Diagrams
+
+
+@pytest.mark.parametrize("image", DIAGRAMS)
+def test_diagrams_are_drawn_from_the_tables_of_their_pages(image):
+    diagram = DIAGRAMS[image]
+    tables = [read_table(PAGE.parent / diagram.page, name) for name in diagram.tables]
+    figure = diagram.draw(*tables)
+    assert len(figure.axes) >= 2
+    assert all(axes.lines or axes.images or axes.collections for axes in figure.axes)
+
+
+def test_curves_of_a_diagram_have_the_numbers_and_intervals_of_a_table():
+    rows = [["latency [ms]", "a", "b"], ["0", "98.8 % (97.4–99.4), 25/30; 1/2", "1.5"]]
+    assert by_columns(rows) == {"a": [[0.0, 98.8, 97.4, 99.4]], "b": [[0.0, 1.5]]}
+    rows = [["of", "s", "error"], ["one", "2", "1e-07"], ["other", "3", "2"]]
+    assert by_labels(rows, 1, 2) == {"one": [[2.0, 1e-7]], "other": [[3.0, 2.0]]}
+
+
+# Memory
 
 
 def test_peak_memory_is_that_of_a_process_of_its_own():
@@ -198,9 +215,9 @@ def test_our_onset_is_the_closed_form_and_mujoco_s_is_within_its_step():
         scenario, exact = onset.turning_hand(coasting)
         assert onset.our_onset(scenario) == pytest.approx(exact, abs=1e-9)
         for step in (1e-3, 1e-4):
-            found = onset.mujoco_onset(scenario, step)
-            assert abs(found.told - exact) < 1.5 * step
-            assert abs(found.extrapolated - exact) < 0.5 * step
+            told, extrapolated = onset.mujoco_onset(scenario, step)
+            assert abs(told - exact) < 1.5 * step
+            assert abs(extrapolated - exact) < 0.5 * step
 
 
 def test_onsets_fall_on_all_parts_of_a_step():
@@ -216,15 +233,14 @@ def test_reference_of_the_diagram_agrees_with_the_oracle_of_the_tests():
 def test_errors_of_both_engines_fall_with_their_settings_and_ours_are_smaller():
     ours = measure_ours(reference(), (1e-4, 1e-7, 1e-10), rounds=1)
     mujoco = measure_mujoco(reference(), (1e-3, 2.5e-4), rounds=1)
-    for points in (ours, mujoco):
-        for error in ("event", "state"):
-            errors = [getattr(point, error) for point in points]
+    for rows in (ours, mujoco):
+        for k in (3, 4):
+            errors = [float(row[k]) for row in rows]
             assert errors == sorted(errors, reverse=True)
             assert errors[-1] > 0.0
-        assert all(point.seconds > 0.0 for point in points)
+        assert all(float(row[2]) > 0.0 for row in rows)
     # Our loosest run against the finest MuJoCo: events are located, not stepped over.
-    assert ours[0].event < mujoco[-1].event
-    assert ours[0].state < mujoco[-1].state
+    assert all(float(ours[0][k]) < float(mujoco[-1][k]) for k in (3, 4))
 
 
 def test_replay_that_is_timed_is_the_one_that_is_judged():
@@ -278,13 +294,13 @@ def test_unknown_part_is_refused_with_the_known_ones(capsys):
 
 
 def test_recording_is_measured_on_the_file_it_writes():
-    table = measure_recording(rounds=1, duration=0.2)
+    (table,) = recording.run(rounds=1, duration=0.2)
     assert min(column(table, 1)) > 0.0
     assert "frames." in table.notes[1]
 
 
 def test_catalogue_is_measured_on_pages_that_it_gives():
-    table = measure_catalogue(rounds=1, count=30)
+    (table,) = catalogue.run(rounds=1, count=30)
     assert table.heads[0] == "30 recordings" and len(table.rows) == 5
     assert min(column(table, 1)) >= 0.0 and "in the background" in table.notes[0]
 
@@ -293,7 +309,7 @@ def test_catalogue_is_measured_on_pages_that_it_gives():
 
 
 class Scripted:
-    """A client of a service whose study is so far at each look; an answer takes a second."""
+    """A service whose study is so far at each look; an answer takes a second."""
 
     def __init__(self, *states):
         self.states = iter(states)
@@ -302,9 +318,13 @@ class Scripted:
     def ask(self, path, body=None):
         self.now += 1.0
         if body is not None:
-            return b'{"id": "x", "num_runs": 60}'
-        state, finished = next(self.states) if path.endswith("/x") else ("", 0)
-        return json.dumps({"state": state, "finished": finished}).encode()
+            return {"id": "x", "num_runs": 60}
+        state, finished = next(self.states)
+        return {"state": state, "finished": finished}
+
+    def seconds_of(self, path):
+        self.now += 1.0
+        return 1.0
 
     def sleep(self, seconds):
         self.now += seconds
@@ -318,15 +338,15 @@ class Scripted:
     ],
 )
 def test_a_study_over_rest_is_timed_from_its_first_results(monkeypatch, states, runs, seconds):
-    client, watch = Scripted(*states), SimpleNamespace(progress=0)
+    service, watch, load = Scripted(*states), SimpleNamespace(progress=0), Load()
     clock = SimpleNamespace(
-        perf_counter=lambda: client.now, monotonic=lambda: client.now, sleep=client.sleep
+        perf_counter=lambda: service.now, monotonic=lambda: service.now, sleep=service.sleep
     )
     monkeypatch.setattr("benchmarks.study_load.time", clock)
-    load = run_over_rest(client, {}, watch)
-    assert (load.runs, watch.progress) == (runs, 60)
+    study, rate = run_over_rest(service, {}, watch, load)
+    assert (study, watch.progress) == ("x", 60)
     assert load.seconds == pytest.approx(seconds)
-    assert load.waiting == pytest.approx(client.now - seconds)
+    assert rate * load.seconds == pytest.approx(runs)
 
 
 def test_a_cluster_that_outruns_its_scheduler_needs_more_of_them():
@@ -355,7 +375,7 @@ def test_cost_of_a_run_is_that_of_its_worker_and_that_of_its_scheduler():
 
 
 def test_a_tick_is_measured_in_every_front_end():
-    table = measure_front_ends(rounds=1, duration=0.05)
+    (table,) = front_ends.run(rounds=1, duration=0.05)
     costs = [float(row[1]) for row in table.rows]
     assert len(costs) == 6
     assert min(costs) > 0.0

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.hands_in_space import find_missed_in_space, judge_in_space
+from benchmarks.hands_in_space import find_missed_in_space, judge_run
 from benchmarks.hold_in_space import LAWS, ORACLE, WORLDS, tabulate, vary_objects
 from benchmarks.random_runs import IN_SPACE, PAIRS_IN_SPACE, draw
 from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.scenario.spatial import SpatialPatch
+from slipgrasp.core.scenario.world import SpatialPatch
 from slipgrasp.core.trace.types import Outcome, Reason
 from tests.core.drawn_hands_in_space import draw_hand_in_space
 from tests.core.drawn_scenarios import AtEnds
@@ -46,8 +46,8 @@ def missed(run):
 
 
 def test_random_hands_in_space_end_truly():
-    drawn = (draw(PAIRS_IN_SPACE, SEED, index) for index in range(30))
-    judgements = [judge_in_space(run, twice=index % 2 == 0) for index, run in enumerate(drawn)]
+    drawn = (draw(PAIRS_IN_SPACE, SEED, index) for index in range(20))
+    judgements = [judge_run(run, twice=index % 2 == 0) for index, run in enumerate(drawn)]
     assert not {index: j for index, j in enumerate(judgements) if j.missed}
     assert len({judgement.outcome for judgement in judgements}) >= 3
 
@@ -56,18 +56,18 @@ def test_random_hands_in_space_end_truly():
 def test_hands_in_space_that_ended_falsely_once_end_truly(index):
     # As they were drawn then.
     run = draw_hand_in_space(f"14 {index}", AtEnds, whole=False)
-    assert not judge_in_space(run, twice=False).missed
+    assert not judge_run(run, twice=False).missed
 
 
 @pytest.mark.parametrize("index", ONCE_WRONG_SINCE)
 def test_hands_in_space_that_ended_falsely_since_end_truly(index):
-    judgement = judge_in_space(draw(IN_SPACE, 14, index), twice=False)
+    judgement = judge_run(draw(IN_SPACE, 14, index), twice=False)
     assert not judgement.missed and judgement.outcome != "limit"
 
 
 @pytest.mark.parametrize("path", ONCE_WRONG_IN_PAIRS, ids=lambda path: path.stem)
 def test_hands_in_space_drawn_in_pairs_that_ended_falsely_once_end_truly(path):
-    assert not judge_in_space(load_scenario(path), twice=False).missed
+    assert not judge_run(load_scenario(path), twice=False).missed
 
 
 def test_draws_have_both_frictions_and_all_numbers_of_fingers():

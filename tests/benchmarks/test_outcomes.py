@@ -13,8 +13,7 @@ from benchmarks.outcome_truth import Comparison, compare, tabulate_truth
 from benchmarks.outcomes import Campaign, judge_many, tabulate
 from benchmarks.random_runs import ANYWHERE, AT_ENDS, ON_BOUNDS, PAIRS, POPULATIONS, draw
 from benchmarks.report import share_interval
-from benchmarks.robustness import measure_outcomes
-from benchmarks.robustness_sweeps import SWEEPS, measure_sweep, tabulate_sweep
+from benchmarks.robustness import SWEEPS, measure_outcomes, measure_sweep
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange, Reason
@@ -77,7 +76,7 @@ def chattering(run, times):
 # The sample
 
 
-@pytest.mark.parametrize(("population", "count"), [(PAIRS, 60), (ON_BOUNDS, 60)])
+@pytest.mark.parametrize(("population", "count"), [(PAIRS, 40), (ON_BOUNDS, 40)])
 def test_random_runs_end_truly(population, count):
     judgements = [
         judge_run(draw(population, SEED, index), twice=index % 2 == 0) for index in range(count)
@@ -319,13 +318,11 @@ def test_single_verdicts_of_the_printed_law_change_with_what_should_not_matter()
 @pytest.mark.parametrize("sweep", SWEEPS)
 def test_sweeps_go_on_until_the_composite_law_fails_where_the_oracle_holds(sweep):
     ends = sweep._replace(values=(sweep.values[0], sweep.values[-1]))
-    measured = measure_sweep(ends, 20)
-    shares = measured.held[next(iter(sweep.bases))]
-    assert shares.composite[0] == shares.oracle[0] == shares.oracle[-1] == 20
+    first, last = measure_sweep(ends, 20).rows
+    assert first[1][:7] == first[2][:7] == last[2][:7] == "100.0 %"
     # It fails, or the sweep has come to the end of what the setting may be.
     bound = parameter_definitions(load_scenario("composite-case-2"))[sweep.key].maximum
-    assert shares.composite[-1] < 15 or sweep.values[-1] * sweep.scale == bound
-    assert len(tabulate_sweep(measured).rows) == 2
+    assert float(last[1].split()[0]) < 75.0 or 1e-3 * sweep.values[-1] == bound
 
 
 def test_a_velocity_that_jumps_at_an_event_is_found(held):

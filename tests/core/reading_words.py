@@ -19,7 +19,7 @@ from slipgrasp.core.run.verdict import Verdict, headline_of
 from slipgrasp.core.scenario import Pulse, Scenario
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.loading import parameter_definitions, with_values
-from slipgrasp.core.scenario.spatial import SpatialPulse
+from slipgrasp.core.scenario.world import SpatialPulse
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from slipgrasp.core.words.options import Option
 from tests.core.reading_knowledge import KNOWLEDGE

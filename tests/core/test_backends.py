@@ -16,7 +16,6 @@ from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     preset_names,
-    spatial_preset_names,
     with_values,
 )
 from slipgrasp.core.scenario.space import SPATIAL
@@ -25,7 +24,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.other_code]
 
 DURATION = 0.25  # [s]
 PAPER = ("paper-case-1", "paper-case-2")
-PRESETS = (*preset_names(), *spatial_preset_names())
+PRESETS = (*preset_names(), *preset_names(SPATIAL))
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
+from slipgrasp.core.scenario.space import PLANAR, SPATIAL
 from slipgrasp.core.trace.columns import columns_of, short_columns
 from slipgrasp.core.trace.frames import MissingPackageError
 from slipgrasp.core.trace.signals import SIGNALS
@@ -103,3 +104,17 @@ def test_a_package_that_is_not_installed_is_named(trace, monkeypatch, package, c
 
     with pytest.raises(MissingPackageError, match=f"^{package} is not installed; 'pip install"):
         getattr(trace, convert)()
+
+
+@pytest.mark.parametrize("space", [PLANAR, SPATIAL])
+def test_every_signal_is_written(space):
+    """A signal whose row is forgotten in one mechanics would be 0 there."""
+    moved, known = set(), set()
+    for name in preset_names(space):
+        for column in columns_of(simulate(load_scenario(name)).trace):
+            known.add(column.signal)
+            if np.nan_to_num(column.values).any():
+                moved.add(column.signal)
+    # No preset violates the grasp conditions, and no planar one has a pulse.
+    assert known - moved <= {"grasp_violation", "external_wrench"}
+    assert space is PLANAR or "external_wrench" in moved

@@ -22,7 +22,7 @@ from slipgrasp.core.scenario.custom_laws import forget
 from slipgrasp.core.scenario.loading import scenario_from_mapping
 from slipgrasp.core.trace.types import Outcome
 from tests.core.test_chains import SPLIT, as_chains, with_split_joints
-from tests.core.test_custom_law_spatial import BASE, Pd
+from tests.core.test_custom_law_spatial import BASE, Pd, of_law
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("known_laws")]
 
@@ -67,11 +67,6 @@ def mixed():
 def coupled():
     """Fingers of four joints, of which the last follows another one."""
     return with_split_joints(BASE)
-
-
-def of_law(law, scenario, **values):
-    register_law(law)
-    return with_values(scenario, {"controller.kind": law.name, **values})
 
 
 class PdOfAny(Pd):

@@ -404,7 +404,7 @@ def test_signals_of_hands_do_not_exist() -> None:
                     ]
                 }
             },
-            "start it later",
+            "start later, or shorten",
         ),
     ],
 )

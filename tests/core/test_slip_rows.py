@@ -9,10 +9,10 @@ from slipgrasp.core.run import computation
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario import SPATIAL
 from slipgrasp.core.scenario.loading import (
     load_scenario,
     preset_names,
-    spatial_preset_names,
     with_values,
 )
 from slipgrasp.core.trace.types import ContactPhase, Outcome
@@ -41,9 +41,9 @@ def rows_within(run: RunResult, begin: float, end: float) -> int:
 @pytest.mark.parametrize(
     ("name", "values"),
     [
-        *((name, {}) for name in (*preset_names(), *spatial_preset_names())),
-        *((name, PUSHED) for name in (*preset_names()[::3], *spatial_preset_names()[::3])),
-        *((name, POURED) for name in (*preset_names()[1::3], *spatial_preset_names()[1::3])),
+        *((name, {}) for name in (*preset_names(), *preset_names(SPATIAL))),
+        *((name, PUSHED) for name in (*preset_names()[::3], *preset_names(SPATIAL)[::3])),
+        *((name, POURED) for name in (*preset_names()[1::3], *preset_names(SPATIAL)[1::3])),
     ],
 )
 def test_every_slip_has_fifty_rows_however_short_it_is(name: str, values: dict) -> None:

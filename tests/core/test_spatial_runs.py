@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -13,11 +14,12 @@ from slipgrasp.core.run.claims import contradictions_of
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.run.verdict import describe_run
+from slipgrasp.core.scenario import SPATIAL
 from slipgrasp.core.scenario.law_choice import with_law
 from slipgrasp.core.scenario.loading import (
     load_scenario,
+    preset_names,
     scenario_from_mapping,
-    spatial_preset_names,
     with_values,
 )
 from slipgrasp.core.trace.types import ContactPhase, Outcome
@@ -47,6 +49,18 @@ PRINTED = {
         "0.0281 -0.0075 0.0141 0.0020 0.0358 0.0002",
         "0.187 0.203 -0.044 -0.002 0.000",
     ),
+    "spatial-prism, softened": (
+        "87.337 230.44 185.48",
+        "3.0605 5.0709 2.2375",
+        "3.057 -0.139 3.305 2.896 1.850 -0.711",
+        "5.954 40.74 28.25 29.47 23.83",
+    ),
+    "spatial-composite, softened": (
+        "10.760 5.370 19.979",
+        "0.0589 0.0254 0.1621",
+        "0.0582 -0.0071 0.0254 0.0007 0.1620 0.0047",
+        "0.352 0.399 -0.085 -0.002 0.000",
+    ),
 }
 
 
@@ -69,10 +83,17 @@ def row_at(trace, t):
     return int(np.searchsorted(trace.times, t - 1e-9))
 
 
-@pytest.mark.parametrize("name", PRINTED)
-def test_a_sample_case_comes_out_to_the_printed_digits(name):
-    ends, paths, slips, errors = PRINTED[name]
-    result = simulate(load_scenario(name))
+@cache
+def run_of(name, **controller):
+    values = {f"controller.{key}": value for key, value in controller.items()}
+    return simulate(with_values(load_scenario(name), values))
+
+
+@pytest.mark.parametrize("case", PRINTED)
+def test_a_sample_case_comes_out_to_the_printed_digits(case):
+    name, _, distribution = case.partition(", ")
+    ends, paths, slips, errors = PRINTED[case]
+    result = run_of(name, distribution=distribution) if distribution else run_of(name)
     trace = result.trace
     assert result.outcome is Outcome.COMPLETED
     assert result.metrics.held
@@ -91,20 +112,20 @@ def peaks_at_ticks(trace):
 
 
 def test_forces_losses_and_estimates_of_the_sample_cases_are_the_printed_ones():
-    prism = simulate(load_scenario("spatial-prism")).trace
+    prism = run_of("spatial-prism").trace
     row = row_at(prism, 6.9)
     masses = "1.0031 0.7049 0.9078 0.7148 0.8123 0.7252 1.0014"
     assert_printed(prism.estimates[row].tolist(), masses)
     assert_printed((1e3 * prism.tracking_error[row, :2]).tolist(), "1.015 0.593")
     assert_printed((1e3 * prism.tracking_error[row, 3:5]).tolist(), "-0.18 0.31")
     assert_printed([prism.normal_force.max(), prism.dissipated_energy[-1]], "20.45 0.01583")
-    friction = simulate(load_scenario("spatial-unknown-friction")).trace
+    friction = run_of("spatial-unknown-friction").trace
     assert_printed(friction.estimates[row_at(friction, 6.9)][:4], "0.1738 0.1738 0.1738 1.9355")
     assert_printed([friction.dissipated_energy[-1]], "0.4875")
     every_tick = {"simulation.output_rate": 1000.0, "simulation.duration": 0.3}
     peak = simulate(with_values(load_scenario("spatial-unknown-friction"), every_tick)).trace
     assert_printed(peaks_at_ticks(peak), "47.24 47.24 47.24")
-    composite = simulate(load_scenario("spatial-composite")).trace
+    composite = run_of("spatial-composite").trace
     quick = simulate(with_values(load_scenario("spatial-composite"), every_tick))
     assert_printed([max(peaks_at_ticks(quick.trace))], "17.35")
     found = composite.estimates[row_at(composite, 6.9)]
@@ -141,39 +162,6 @@ def test_the_papers_distribution_loses_the_prism_where_its_rows_grow_dependent()
     assert math.isclose(result.end_time, 0.109, abs_tol=5e-4)
     assert result.reason is not None
     assert result.reason.time == result.end_time
-
-
-@pytest.mark.parametrize(
-    ("preset", "ends", "paths", "slips", "errors"),
-    [
-        (
-            "spatial-prism",
-            "87.337 230.44 185.48",
-            "3.0605 5.0709 2.2375",
-            "3.057 -0.139 3.305 2.896 1.850 -0.711",
-            "5.954 40.74 28.25 29.47 23.83",
-        ),
-        (
-            "spatial-composite",
-            "10.760 5.370 19.979",
-            "0.0589 0.0254 0.1621",
-            "0.0582 -0.0071 0.0254 0.0007 0.1620 0.0047",
-            "0.352 0.399 -0.085 -0.002 0.000",
-        ),
-    ],
-)
-def test_the_softened_distribution_comes_out_to_the_printed_digits(
-    preset, ends, paths, slips, errors
-):
-    values = {"controller.distribution": "softened"}
-    result = simulate(with_values(load_scenario(preset), values))
-    trace = result.trace
-    assert_printed([1e3 * t for t in slip_ends(result)], ends)
-    assert_printed([1e3 * path for path in result.metrics.slip_path], paths)
-    assert_printed((1e3 * trace.slip[-1]).tolist(), slips)
-    shown = [1e3 * trace.tracking_error[row_at(trace, t), 2] for t in TIMES]
-    assert_printed(shown, errors)
-    assert np.abs(trace.energy_residual).max() < 2e-9
 
 
 @pytest.mark.parametrize("distribution", ["hold", "exact"])
@@ -471,7 +459,7 @@ def test_a_quaternion_and_its_negative_give_the_same_run():
     assert np.array_equal(first.object_pose[:, 3:], -second.object_pose[:, 3:])
 
 
-@pytest.mark.parametrize("name", spatial_preset_names())
+@pytest.mark.parametrize("name", preset_names(SPATIAL))
 def test_a_run_claims_nothing_that_its_samples_do_not_say(name):
     scenario = load_scenario(name)
     pulses = [pulse.time for pulse in scenario.pulses]

@@ -1,16 +1,14 @@
 """``slipgrasp scene`` for MuJoCo, which opens the file and reproduces the expected result."""
 
-import re
-from pathlib import Path
-
 import mujoco
 import numpy as np
 import pytest
 
 from slipgrasp.cli.main import main
+from tests.fenced_blocks import DOCS, blocks_of, output_of
 from tests.outside.scenes import ON_SLIDES, SHOWN, largest_error, slip, smoother, write
 
-PAGE = Path(__file__).parents[2] / "docs" / "peers.md"
+PAGE = (DOCS / "peers.md").read_text(encoding="utf-8")
 
 pytestmark = pytest.mark.slow
 
@@ -65,12 +63,11 @@ def check(path, answer):
 def test_the_example_of_the_page_prints_equal_slips(tmp_path, monkeypatch, capsys):
     write(tmp_path, "paper-case-1", "mjcf", suffix="xml")
     capsys.readouterr()
-    (example,) = re.findall(r"^```python\n(.*?)^```$", PAGE.read_text("utf-8"), re.M | re.S)
+    (example,) = blocks_of(PAGE, "python")
     monkeypatch.chdir(tmp_path)
-    exec(compile(example, "peers.md", "exec"), {})
     lines = [
         line.replace("[", " ").replace("]", " ").split()
-        for line in capsys.readouterr().out.splitlines()
+        for line in output_of(example.text, {}).splitlines()
     ]
     assert len(lines) == 2
     for found, expected in lines:

@@ -15,6 +15,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.core.test_world import patch
 from tests.references.continuous import run_continuous
 from tests.references.hands import random_scenario
 from tests.references.hybrid import Run
@@ -76,13 +77,6 @@ def unequal_and_bounded():
 def pulse(index, t, duration, force, moment):
     values = {"time": t, "duration": duration, "force": force, "moment": moment}
     return {f"pulses.{index}.{name}": value for name, value in values.items()}
-
-
-def patch(index, face, start, end, factor, **times):
-    """A patch between two slips of a fingertip that touches the middle of the face [m]."""
-    values = {"face": face, "centre": 0.5 * (start + end), "half_length": 0.5 * (end - start)}
-    values |= {"friction_factor": factor, **times}
-    return {f"patches.{index}.{name}": value for name, value in values.items()}
 
 
 # Pushed while they slip, and again after they have come to rest.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.trace import Trace
-from slipgrasp.recordings.file.foxglove import DISPLAY_RATE, FrameClock
+from slipgrasp.recordings.file.foxglove.layouts import DISPLAY_RATE, FrameClock
 
 Matrix = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import pytest
 
 from slipgrasp.core.scenario import Change, Patch, Pulse
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialPulse
+from slipgrasp.core.scenario.world import SpatialPatch, SpatialPulse
 from slipgrasp.recordings.compare.accuracy import first_cause
 
 BASE = load_scenario("composite-case-2")

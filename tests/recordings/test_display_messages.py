@@ -11,7 +11,7 @@ from google.protobuf.descriptor_pb2 import FileDescriptorSet
 
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.recordings.file.foxglove import DISPLAY_RATE, FrameClock, display_layouts
+from slipgrasp.recordings.file.foxglove.layouts import DISPLAY_RATE, FrameClock, display_layouts
 from slipgrasp.recordings.palette import PHASES
 from slipgrasp.scene.states import states_of
 from tests.recordings.reading_display import shown_rows

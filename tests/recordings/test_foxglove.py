@@ -17,7 +17,7 @@ from slipgrasp.core.scenario import Change
 from slipgrasp.core.scenario.loading import load_scenario, scenario_from_mapping, with_values
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings import palette
-from slipgrasp.recordings.file.foxglove import display_layouts
+from slipgrasp.recordings.file.foxglove.layouts import display_layouts
 from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.scene.states import states_of
 from tests.held_polygon import held_polygon

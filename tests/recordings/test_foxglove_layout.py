@@ -11,7 +11,7 @@ from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings import palette
-from slipgrasp.recordings.file.foxglove import SCENE_TOPIC
+from slipgrasp.recordings.file.foxglove.layouts import SCENE_TOPIC
 from slipgrasp.recordings.file.writer import write_recording
 from tests.recordings.reading_display import read_topic
 

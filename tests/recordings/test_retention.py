@@ -25,8 +25,7 @@ from slipgrasp.recordings.study.retention import (
     in_share,
 )
 from slipgrasp.recordings.study.scheduler import schedule_runs
-from slipgrasp.recordings.study.stored_study import StoredStudy
-from slipgrasp.recordings.study.study_store import StudyStore
+from slipgrasp.recordings.study.study_store import StoredStudy, StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
 from tests.recordings.studying import write_study
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,6 @@ from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.store.storage_limits import StorageLimits
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.study.documents import StudyEnd
-from slipgrasp.recordings.study.stored_study import StudySidecars
 from slipgrasp.recordings.study.study_store import StoredStudy, StudyNotFoundError, StudyStore
 from slipgrasp.recordings.study.writer import StudyWriter
 from tests.recordings.studying import write_study
@@ -134,7 +134,7 @@ def test_a_study_is_told_though_its_sidecar_is_being_written(
         assert store.find_end(created.id) == ended.end
         caplog.clear()
         assert store.list() == ([ended], 1) and caplog.records == []
-    StudySidecars(part.parent).write(created)
+    store._write_sidecar(created)
     assert StudyStore(part.parents[1], RecordingStore(part.parents[1])).get(created.id) == ended
 
 
@@ -164,7 +164,9 @@ def test_a_study_that_ends_while_others_look_is_always_there(store: StudyStore) 
     for thread in threads:
         thread.join()
     assert len(seen) > 30 and all(seen)
-    assert all(StudySidecars(store.path_of("x").parent).read(i).end == end for i in made)
+    for study_id in made:
+        sidecar = store.path_of(study_id).with_suffix(".json")
+        assert json.loads(sidecar.read_text())["end"] == asdict(end)
 
 
 def test_a_sidecar_that_cannot_be_true_is_not_believed_and_the_log_says_why(

@@ -7,8 +7,10 @@ from numpy.testing import assert_allclose
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.curved_faces import slide
 from slipgrasp.core.scenario.loading import load_scenario, with_values
-from slipgrasp.scene import parts, rotations, skeleton
-from slipgrasp.scene.parts import Lines, Triangles, entities_of
+from slipgrasp.scene import rotations, skeleton
+from slipgrasp.scene.parts import entities_of
+from slipgrasp.scene.primitives import Lines, Triangles
+from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.scene.skeleton import contacts_of, frames_of, world_poses
 from slipgrasp.scene.states import states_of
 
@@ -60,7 +62,7 @@ def test_trails_lie_on_the_surface_from_the_first_touch_to_the_fingertip(run):
     states = states._replace(slip=np.full_like(states.slip, 0.8 * radius))
     poses = world_poses(frames_of(run.scenario), states)
     centre, turn = poses[skeleton.OBJECT]
-    front = np.array([0.0, 0.0, parts.sizes_of(run.scenario).front])
+    front = np.array([0.0, 0.0, sizes_of(run.scenario).front])
     for i, contact in enumerate(contacts_of(run.scenario)):
         entity = next(e for e in entities_of(run.scenario) if e.name == skeleton.contact_name(i))
         trail = [shape for shape in entity.shapes if isinstance(shape, Lines)][-1]
@@ -82,7 +84,7 @@ def test_the_solid_is_closed_round_and_seen_from_outside(run):
     # The volume of the triangles is that of the body, but for the corners of its outline.
     volume = (corners[:, 0] * np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0
     shape, radius = run.scenario.object.shape, run.scenario.object.radius
-    depth = parts.sizes_of(run.scenario).half_depth
+    depth = sizes_of(run.scenario).half_depth
     whole = 4.0 / 3.0 * radius if shape == "sphere" else 2.0 * depth
     assert volume == pytest.approx(np.pi * radius**2 * whole, rel=0.03)
     pairs = {tuple(sorted(pair)) for pair in edges.indices.tolist()}

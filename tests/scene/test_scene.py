@@ -10,11 +10,14 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from slipgrasp.core.run.simulator import simulate
+from slipgrasp.core.scenario.geometry import outline
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.spatial_geometry import friction_outline, spatial_joint_points
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.scene import parts, rotations, skeleton
-from slipgrasp.scene.parts import Arrow, Ball, Lines, Rod, Role, Triangles, entities_of
+from slipgrasp.scene.parts import entities_of
+from slipgrasp.scene.primitives import Arrow, Ball, Lines, Rod, Role, Triangles
+from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.scene.skeleton import contacts_of, frames_of, world_poses
 from slipgrasp.scene.states import states_at, states_of
 from tests.core.test_chains import with_split_joints
@@ -102,7 +105,7 @@ def test_contacts_lie_on_the_faces_of_the_drawn_object_with_normals_into_it(runs
 
 def test_an_arrow_is_the_force_times_the_scale(runs):
     for run in runs:
-        states, sizes = states_of(run.trace), parts.sizes_of(run.scenario)
+        states, sizes = states_of(run.trace), sizes_of(run.scenario)
         force = np.hypot(run.trace.normal_force, run.trace.tangential_size)
         for i in range(len(run.scenario.fingers)):
             name = skeleton.contact_name(i)
@@ -139,7 +142,7 @@ def test_trails_begin_at_the_first_touch_which_moves_with_the_object(runs):
             name = skeleton.contact_name(i)
             trail = [s for s in entity(run.scenario, name).shapes if isinstance(s, Lines)][-1]
             assert callable(trail.points)
-            front = np.array([0.0, 0.0, parts.sizes_of(run.scenario).front])
+            front = np.array([0.0, 0.0, sizes_of(run.scenario).front])
             first = trail.points(states)[:, 0] - front
             origin, axes = poses[name]
             touched = origin + np.einsum("nij,nj->ni", axes, first)
@@ -148,7 +151,7 @@ def test_trails_begin_at_the_first_touch_which_moves_with_the_object(runs):
 
 def test_fingertips_touch_their_faces_from_outside_and_links_reach_them(runs):
     for run in runs:
-        sizes = parts.sizes_of(run.scenario)
+        sizes = sizes_of(run.scenario)
         for i, finger in enumerate(run.scenario.fingers):
             ball = entity(run.scenario, skeleton.contact_name(i)).shapes[0]
             assert isinstance(ball, Ball)
@@ -169,7 +172,7 @@ def test_desired_edges_are_those_of_the_object(runs):
         assert isinstance(edges, Lines) and isinstance(wanted, Lines)
         assert (edges.paint, wanted.paint) == (Role.OBJECT_EDGE, Role.DESIRED)
         assert_allclose(wanted.points[:, :2], edges.points[:, :2])
-        assert len(wanted.indices) == 3 * len(parts.outline_of(run.scenario))
+        assert len(wanted.indices) == 3 * len(outline(run.scenario.object))
 
 
 def test_states_between_rows_lie_on_straight_lines_and_phases_do_not(runs):
@@ -221,7 +224,7 @@ def test_sizes_grow_with_the_hand(runs):
         grown = {name: 2.0 * getattr(body, name) for name in names if hasattr(body, name)}
         corners = tuple((2.0 * x, 2.0 * y) for x, y in body.corners)
         larger = replace(run.scenario, object=replace(body, **grown, corners=corners))
-        before, after = parts.sizes_of(run.scenario), parts.sizes_of(larger)
+        before, after = sizes_of(run.scenario), sizes_of(larger)
         assert after.mark == pytest.approx(2.0 * before.mark)
         assert after.tip_radius == pytest.approx(2.0 * before.tip_radius)
 

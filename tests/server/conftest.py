@@ -82,7 +82,7 @@ def viewing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Viewing]:
     viewer = ViewerServer(label="test")
     viewer.scene.configure_default_lights(enabled=True, cast_shadow=False)
     app = create_app(settings)
-    add_viewer_routes(app, viewer.get_port, "/")
+    add_viewer_routes(app, viewer.get_port)
     try:
         with serve(settings, app) as running:
             yield Viewing(running, viewer)

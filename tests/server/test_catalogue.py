@@ -74,7 +74,6 @@ def test_the_description_lists_every_route_and_its_problems(client) -> None:
     assert set(document["paths"]) == {
         "/api/v1/health",
         "/api/v1/ready",
-        "/api/v1/retention",
         "/api/v1/presets",
         "/api/v1/presets/{name}",
         "/api/v1/parameters",

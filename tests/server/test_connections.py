@@ -12,7 +12,7 @@ from collections.abc import Iterator
 import pytest
 
 from slipgrasp.server.http import body_limit, connections
-from slipgrasp.server.http.connections import BoundedConnection, note_failed_accepts
+from slipgrasp.server.http.connections import GuardedProtocol, note_failed_accepts
 from slipgrasp.server.http.log_limit import BoundedLog
 from tests.server.raw_http import exchange, get
 from tests.server.serving import RunningServer, patient_settings, serve
@@ -68,7 +68,7 @@ def test_a_slow_body_of_json_is_cut_off(own, monkeypatch) -> None:
 
 
 def test_a_crowd_that_asks_for_nothing_makes_room(own, monkeypatch) -> None:
-    monkeypatch.setattr(BoundedConnection, "max_connections", 5)
+    monkeypatch.setattr(GuardedProtocol, "max_connections", 5)
     crowd = [connect(own) for _ in range(20)]
     assert answers(own)
     assert is_closed(crowd[0])
@@ -77,7 +77,7 @@ def test_a_crowd_that_asks_for_nothing_makes_room(own, monkeypatch) -> None:
 
 
 def test_where_all_are_at_work_one_more_is_told_to_come_back(own, monkeypatch) -> None:
-    monkeypatch.setattr(BoundedConnection, "max_connections", 2)
+    monkeypatch.setattr(GuardedProtocol, "max_connections", 2)
     host = f"Host: 127.0.0.1:{own.port}\r\nContent-Type: application/json\r\n"
     busy = [connect(own) for _ in range(2)]
     for connection in busy:

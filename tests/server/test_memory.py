@@ -8,7 +8,6 @@ import sys
 
 import pytest
 
-from slipgrasp.server.memory import TRIMMED_BYTES, Heap, Trimmer
 from tests.waiting import PATIENCE
 
 READING = """
@@ -149,45 +148,3 @@ print(before, Figure.freed)
 
 def test_figures_in_cycles_are_freed_as_soon_as_the_service_is_idle():
     assert printed_numbers(CYCLES, str(PATIENCE)) == [0, 10]
-
-
-class HeapOfTest:
-    """A heap that is told how much lies free, and counts how often it is given back."""
-
-    def __init__(self):
-        self.free, self.others, self.trimmed = 0, 150_000_000, 0
-        self.resident_free = 0
-
-    def look(self):
-        return Heap(self.free, self.others + self.resident_free)
-
-    def trim(self):
-        self.resident_free, self.trimmed = 0, self.trimmed + 1
-
-
-def test_freed_memory_is_given_back_once_it_lay_free_at_two_looks():
-    heap = HeapOfTest()
-    trimmer = Trimmer(heap.look, heap.trim)
-    heap.free = heap.resident_free = 10 * TRIMMED_BYTES
-    told = []
-    for _ in range(4):
-        trimmer.work()
-        told.append(heap.trimmed)
-    assert told == [0, 1, 1, 1], "what is given back is free, and is not given back again"
-    heap.resident_free = 2 * TRIMMED_BYTES
-    for _ in range(2):
-        trimmer.work()
-    assert heap.trimmed == 2, "what was used again between two looks is given back again"
-
-
-def test_what_is_used_again_or_is_not_of_the_heaps_is_left_alone():
-    heap = HeapOfTest()
-    trimmer = Trimmer(heap.look, heap.trim)
-    for look in range(6):
-        heap.free = heap.resident_free = 10 * TRIMMED_BYTES * (look % 2)
-        trimmer.work()
-    heap.free = heap.resident_free = 0
-    heap.others *= 4
-    for _ in range(3):
-        trimmer.work()
-    assert heap.trimmed == 0

@@ -45,20 +45,14 @@ KINDS = [
 ]
 
 
-@pytest.mark.parametrize("way", ["asked", "looked up"])
 @pytest.mark.parametrize(("family", "address"), KINDS)
-def test_the_user_of_the_other_end_is_found(monkeypatch, family, address, way) -> None:
-    if way == "looked up":
-        monkeypatch.setattr(peers, "_ask_kernel", lambda own, other: None)
+def test_the_user_of_the_other_end_is_found(family, address) -> None:
     with connected(family, address) as (_, accepted):
         assert find_peer_uid(*ends(accepted)) == os.geteuid()
         assert Connection(*ends(accepted)).is_own
 
 
-@pytest.mark.parametrize("way", ["asked", "looked up"])
-def test_an_end_that_is_closed_is_nobodys_although_the_kernel_names_root(monkeypatch, way) -> None:
-    if way == "looked up":
-        monkeypatch.setattr(peers, "_ask_kernel", lambda own, other: None)
+def test_an_end_that_is_closed_is_nobodys_although_the_kernel_names_root() -> None:
     with connected(socket.AF_INET, "127.0.0.1") as (client, accepted):
         found = ends(accepted)
         client.close()

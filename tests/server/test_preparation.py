@@ -90,6 +90,6 @@ def test_while_it_is_compiled_readiness_health_runs_and_the_page_say_how_long(
 def test_a_simulation_that_is_only_loaded_is_not_called_compiled(tmp_path) -> None:
     service = RunService(RecordingStore(tmp_path), patient_settings(tmp_path))
     assert "the simulation is being loaded" in service.obstacles()
-    service.run(load_scenario("paper-case-1"))
+    service.submit(lambda: load_scenario("paper-case-1")).result()
     assert service.obstacles() == []
     service.close()

@@ -17,7 +17,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import StorageFullError
 from slipgrasp.recordings.store.store import RecordingStore, StoredRun
-from slipgrasp.server.exceptions import RunRecoveringError, RunUnrecordableError, ServiceBusyError
+from slipgrasp.server.exceptions import RunUnrecordableError, ServiceBusyError
 from slipgrasp.server.runs import recovery as run_recovery
 from slipgrasp.server.runs.service import RunService
 from tests.server.serving import LONG_RUN, patient_settings
@@ -38,7 +38,7 @@ def service(tmp_path) -> Iterator[RunService]:
 
 
 def test_a_run_is_simulated_and_saved(service) -> None:
-    result, stored = service.run(SHORT)
+    result, stored = service.submit(lambda: SHORT).result()
     assert stored is not None and stored.summary["outcome"] == result.outcome
     assert np.array_equal(service.store.open(stored.id).trace.to_rows(), result.trace.to_rows())
 
@@ -46,7 +46,7 @@ def test_a_run_is_simulated_and_saved(service) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("number", [1, 2, 4, 5, 6])
 def test_a_disk_that_fails_leaves_service_and_earlier_runs_alone(service, kind, number) -> None:
-    _, earlier = service.run(SHORT)
+    _, earlier = service.submit(lambda: SHORT).result()
     before = earlier.path.read_bytes()
 
     with growing_files(lambda descriptor: FailingFile(descriptor, number, kind)):
@@ -64,7 +64,7 @@ def test_a_disk_that_fails_leaves_service_and_earlier_runs_alone(service, kind, 
             assert result.reason is not None and result.reason.code == "disk"
 
     assert earlier.path.read_bytes() == before
-    _, later = service.run(SHORT)
+    _, later = service.submit(lambda: SHORT).result()
     assert later is not None and later.path.read_bytes() == before
 
 
@@ -174,7 +174,7 @@ def wait_for_load(service: RunService, running: int) -> None:
 
 
 def test_what_a_killed_service_left_is_recovered_behind_and_told_of(service, monkeypatch) -> None:
-    _, stored = service.run(SHORT)
+    _, stored = service.submit(lambda: SHORT).result()
     assert stored is not None
     stored.path.rename(stored.path.with_name(f"{stored.path.name}.part"))
     gate = threading.Event()
@@ -187,9 +187,9 @@ def test_what_a_killed_service_left_is_recovered_behind_and_told_of(service, mon
     monkeypatch.setattr(run_recovery, "ProcessExecutor", LaterExecutor)
     service.start()
     assert service.recovering == [stored.id] and not service.is_recovered.is_set()
-    with pytest.raises(RunRecoveringError, match="is being recovered"):
+    with pytest.raises(ServiceBusyError, match="is being recovered"):
         service.look_up(stored.id)
-    with pytest.raises(RunRecoveringError):
+    with pytest.raises(ServiceBusyError):
         service.get(stored.id)
     gate.set()
     assert service.is_recovered.wait(PATIENCE)

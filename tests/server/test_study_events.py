@@ -172,7 +172,7 @@ def test_streams_are_bounded_and_a_gone_client_frees_its_place(busy):
 
     assert refused.status_code == 503 and refused.headers["retry-after"] == "5"
     assert "2 streams of events are open already" in refused.json()["detail"]
-    wait_until(lambda: running.app.state.event_slots.num_open == 0)
+    wait_until(lambda: not running.app.state.event_slots.locked())
     with listening(client, study) as again:
         assert next(again).kind == "progress"
 

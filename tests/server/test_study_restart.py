@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,11 +18,11 @@ from slipgrasp.server.studies.schemas import read_study
 from tests.recordings.studying import write_study
 from tests.server.serving import patient_settings, serve
 from tests.server.studying import LONG, QUICK, create, finished, until
+from tests.slipgrasp.forked import Forked
 from tests.waiting import PATIENCE
 
 pytestmark = pytest.mark.slow
 
-ROOT = Path(__file__).parents[2]
 BODY = {
     **QUICK,
     "set": {"simulation.duration": 1.0},
@@ -41,19 +39,11 @@ def undisturbed(tmp_path_factory) -> bytes:
 
 
 @contextmanager
-def service(folder: Path) -> Iterator[tuple[subprocess.Popen[str], httpx2.Client]]:
+def service(folder: Path) -> Iterator[tuple[Forked, httpx2.Client]]:
     """A service of its own process, and a client of it."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "slipgrasp", "serve", "--port", "0", "--data-dir", str(folder)],
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    with process:
+    arguments = ["serve", "--port", "0", "--data-dir", str(folder)]
+    with Forked(arguments, folder, os.environ) as process:
         try:
-            assert process.stdout is not None and process.stderr is not None
             url = process.stdout.readline().strip()
             assert url, process.stderr.read()
             address = f"{url}api/v1"
@@ -61,7 +51,7 @@ def service(folder: Path) -> Iterator[tuple[subprocess.Popen[str], httpx2.Client
                 yield process, client
         finally:
             process.terminate()
-            said = process.communicate(timeout=PATIENCE)[1]
+            said = process.stderr.read()
     assert "Traceback" not in said
 
 
@@ -71,7 +61,7 @@ def head_of(file: Path) -> tuple[object, ...]:
         return reader.library, reader.start, reader.definition.decode()
 
 
-def workers_of(process: subprocess.Popen[str]) -> list[int]:
+def workers_of(process: Forked) -> list[int]:
     threads = Path(f"/proc/{process.pid}/task").iterdir()
     found = [int(pid) for thread in threads for pid in (thread / "children").read_text().split()]
     return [
@@ -87,7 +77,7 @@ def test_no_run_is_lost_or_done_twice_whoever_is_killed(tmp_path, undisturbed):
         before = until(client, study, lambda now: now["finished"] >= 40)
         os.kill(workers_of(process)[0], signal.SIGKILL)
         until(client, study, lambda now: now["finished"] > before["finished"] + 20)
-        process.kill()
+        process.send_signal(signal.SIGKILL)
 
     with service(tmp_path) as (_, client):
         again = create(client, BODY, key="this one")

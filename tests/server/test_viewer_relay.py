@@ -34,9 +34,9 @@ PROTOCOL = f"viser-v{viser.__version__}"
 HEAD = '<meta name="ours" />'
 
 
-def connect(port: int, path: str = "/", protocol: str | None = PROTOCOL, **options):
+def connect(port: int, protocol: str | None = PROTOCOL, **options):
     return websockets.asyncio.client.connect(
-        f"ws://127.0.0.1:{port}{path}",
+        f"ws://127.0.0.1:{port}/",
         subprotocols=[Subprotocol(protocol)] if protocol else None,
         origin=Origin(f"http://127.0.0.1:{port}"),
         max_size=None,
@@ -142,11 +142,11 @@ def test_text_which_viser_does_not_know_is_refused(viewing) -> None:
 
 @pytest.fixture
 def relayed(tmp_path):
-    """An echo behind the relay at /viewer, each in its own thread."""
+    """An echo behind the relay, each in its own thread."""
     echo = Echo()
     settings = patient_settings(tmp_path)
     app = create_app(settings)
-    app.state.relay = add_viewer_routes(app, lambda: echo.port, "/viewer/", head=HEAD)
+    app.state.relay = add_viewer_routes(app, lambda: echo.port, head=HEAD)
     with serve(settings, app) as running:
         yield echo, running
 
@@ -156,7 +156,7 @@ def test_messages_of_any_size_pass_both_ways_unchanged(relayed) -> None:
 
     async def exchange() -> list[object]:
         upstream = await echo.listen()
-        async with upstream, connect(port, "/viewer") as viewer:
+        async with upstream, connect(port) as viewer:
             answers = []
             for size in (0, 1, 125, 126, 65_535, 65_536, 5_000_000):
                 message = os.urandom(size)
@@ -178,7 +178,7 @@ def test_of_where_a_viewer_looks_from_the_latest_is_passed_on_and_not_a_flood(
 
     async def exchange() -> list[bytes | str]:
         heard: list[bytes | str] = []
-        async with await echo.listen(), connect(port, "/viewer") as viewer:
+        async with await echo.listen(), connect(port) as viewer:
             for number in range(150):
                 await viewer.send(look(number))
             await viewer.send(b"something else")
@@ -196,7 +196,7 @@ def test_the_reason_why_viser_closes_reaches_the_viewer(relayed) -> None:
     echo, port = relayed[0], relayed[1].port
 
     async def closing() -> tuple[int, str]:
-        async with await echo.listen(), connect(port, "/viewer") as viewer:
+        async with await echo.listen(), connect(port) as viewer:
             await viewer.send(b"close")
             with pytest.raises(ConnectionClosed) as closed:
                 await viewer.recv()
@@ -211,7 +211,7 @@ def test_viewers_that_come_and_go_leave_nothing_behind(relayed) -> None:
 
     async def churn(rounds: int) -> None:
         for i in range(rounds):
-            viewer = await connect(port, "/viewer")
+            viewer = await connect(port)
             await viewer.send(b"x" * 100_000)
             if i % 2:
                 viewer.transport.abort()
@@ -243,10 +243,10 @@ def test_a_viewer_that_does_not_read_holds_up_nobody_else(relayed) -> None:
     echo, port = relayed[0], relayed[1].port
 
     async def exchange() -> bool:
-        async with await echo.listen(), connect(port, "/viewer", max_queue=1) as stalled:
+        async with await echo.listen(), connect(port, max_queue=1) as stalled:
             sending = asyncio.create_task(flood(stalled))
             await asyncio.sleep(0.3)
-            async with connect(port, "/viewer") as viewer:
+            async with connect(port) as viewer:
                 await viewer.send(b"hello")
                 answer = await asyncio.wait_for(viewer.recv(), PATIENCE)
             sending.cancel()
@@ -266,7 +266,7 @@ def test_what_is_ours_stands_first_in_the_head_of_the_page_in_place_of_viser_s_n
     relayed,
 ) -> None:
     port = relayed[1].port
-    page = get(port, "/viewer/", [("Host", f"localhost:{port}")]).body
+    page = get(port, "/", [("Host", f"localhost:{port}")]).body
     assert page.partition(b"<head>")[2].startswith(HEAD.encode())
     head, rest = page.replace(HEAD.encode(), b"").split(b"</head>", 1)
     shipped_head, shipped_rest = unpack_page(packed_page()).page.split(b"</head>", 1)
@@ -289,15 +289,15 @@ def test_one_viewer_too_many_is_asked_to_try_later(relayed, monkeypatch) -> None
 
     async def crowd() -> tuple[int, bool]:
         async with await echo.listen():
-            viewers = [await connect(port, "/viewer") for _ in range(MAX_VIEWERS)]
-            async with connect(port, "/viewer") as late:
+            viewers = [await connect(port) for _ in range(MAX_VIEWERS)]
+            async with connect(port) as late:
                 with pytest.raises(ConnectionClosed) as closed:
                     await late.recv()
             await viewers[0].send(b"still here")
             served = await viewers[0].recv() == b"still here"
             for viewer in viewers:
                 await viewer.close()
-            async with connect(port, "/viewer") as next_one:
+            async with connect(port) as next_one:
                 await next_one.send(b"room again")
                 served = served and await next_one.recv() == b"room again"
         assert closed.value.rcvd is not None
@@ -343,21 +343,13 @@ def test_a_viewer_is_asked_to_try_later_while_viser_is_away(relayed) -> None:
     port = relayed[1].port
 
     async def code() -> int:
-        async with connect(port, "/viewer") as viewer:
+        async with connect(port) as viewer:
             with pytest.raises(ConnectionClosed) as closed:
                 await viewer.recv()
         assert closed.value.rcvd is not None
         return closed.value.rcvd.code
 
     assert asyncio.run(code()) == 1013
-
-
-def test_the_path_without_its_slash_leads_to_the_page(relayed) -> None:
-    port = relayed[1].port
-    host = ("Host", f"localhost:{port}")
-    answer = get(port, "/viewer", [host])
-    assert answer.status == 307 and answer.headers["location"] == "/viewer/"
-    assert get(port, "/viewer/", [host]).status == 200
 
 
 def test_a_server_that_stops_lets_its_viewers_go(tmp_path) -> None:

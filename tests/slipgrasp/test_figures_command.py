@@ -35,24 +35,19 @@ def test_a_preset_gives_the_papers_figures_in_a_folder_of_its_name(slipgrasp):
         assert (slipgrasp.folder / line).stat().st_size > 10_000
 
 
-def test_a_recording_gives_the_same_figures_as_its_scenario(slipgrasp, scenario_file, tmp_path):
-    recording = tmp_path / "run.mcap"
+def test_formats_are_chosen_figures_drawn_anew_and_those_of_a_recording_are_the_same(
+    slipgrasp, scenario_file, tmp_path
+):
+    recording, command = tmp_path / "run.mcap", ("figures", scenario_file, "--format")
     write_recording(simulate(load_scenario(scenario_file)), recording)
-    formats = ("--format", "svg")
-
-    simulated = slipgrasp("figures", scenario_file, *formats, "--output", "simulated")
-    recorded = slipgrasp("figures", recording, *formats, "--output", "recorded")
+    simulated = slipgrasp(*command, "svg")
+    recorded = slipgrasp("figures", recording, "--format", "svg", "--output", "recorded")
 
     assert simulated.returncode == recorded.returncode == 0
     assert names(simulated.stdout) == names(recorded.stdout) == [f"{name}.svg" for name in OTHER]
     for name in names(simulated.stdout):
-        files = [slipgrasp.folder / folder / name for folder in ("simulated", "recorded")]
+        files = [slipgrasp.folder / folder / name for folder in ("short-figures", "recorded")]
         assert files[0].read_bytes() == files[1].read_bytes()
-
-
-def test_formats_are_chosen_and_figures_drawn_anew(slipgrasp, scenario_file):
-    command = ("figures", scenario_file, "--format")
-    assert names(slipgrasp(*command, "svg").stdout) == [f"{name}.svg" for name in OTHER]
 
     again = slipgrasp(*command, "PNG, svg")
 

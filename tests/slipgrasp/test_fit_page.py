@@ -2,17 +2,18 @@
 
 import re
 import shlex
-from pathlib import Path
 
 import pytest
 
-PAGE = (Path(__file__).parents[2] / "docs" / "fit.md").read_text(encoding="utf-8")
+from tests.fenced_blocks import DOCS, blocks_of
+
+PAGE = (DOCS / "fit.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
 def test_the_commands_of_the_page_print_what_it_says(slipgrasp, in_process):
-    (block,) = re.findall(r"^```console\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
-    for text in block.split("$ slipgrasp ")[1:]:
+    (block,) = blocks_of(PAGE, "console")
+    for text in block.text.split("$ slipgrasp ")[1:]:
         command, *shown = text.splitlines()
         done = in_process(*shlex.split(command))
         assert done.returncode == 0, done.stderr

@@ -15,12 +15,12 @@ from slipgrasp.core.scenario.custom_laws import (
     custom_laws,
     forget,
 )
+from tests.fenced_blocks import DOCS, blocks_of, output_of
 
 pytestmark = pytest.mark.slow
 
-PAGE = Path(__file__).parents[2] / "docs" / "laws.md"
-TEXT = PAGE.read_text(encoding="utf-8")
-BLOCK = re.compile(r"^```python(?: file=(\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+TEXT = (DOCS / "laws.md").read_text(encoding="utf-8")
+BLOCKS = blocks_of(TEXT, "python")
 
 
 @pytest.fixture(autouse=True)
@@ -28,9 +28,9 @@ def _page_folder(tmp_path, monkeypatch):
     """The files of the page, in the present folder; its laws are forgotten afterwards."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
-    for name, text in BLOCK.findall(TEXT):
-        if name:
-            Path(name).write_text(text, encoding="utf-8")
+    for block in BLOCKS:
+        if block.file:
+            Path(block.file).write_text(block.text, encoding="utf-8")
     yield
     for law in custom_laws():
         forget(law.name)
@@ -38,9 +38,9 @@ def _page_folder(tmp_path, monkeypatch):
 
 def test_the_examples_of_the_page_run_in_their_order():
     names = {"__name__": "example"}
-    for name, code in BLOCK.findall(TEXT):
-        if not name:
-            exec(compile(code, str(PAGE), "exec"), names)
+    for block in BLOCKS:
+        if not block.file:
+            output_of(block.text, names)
     assert names["result"].outcome == "completed"
 
 
@@ -60,7 +60,7 @@ def test_the_other_laws_of_the_page_hold_the_object(specification, preset, value
 
 
 def test_the_first_law_takes_ten_lines():
-    (first,) = (text for name, text in BLOCK.findall(TEXT) if name == "my_law.py")
+    (first,) = (block.text for block in BLOCKS if block.file == "my_law.py")
     assert len([line for line in first.splitlines() if line.strip()]) <= 10
 
 

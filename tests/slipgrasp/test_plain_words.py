@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -58,7 +59,9 @@ RETIRED_IN_DOCUMENTS = {
 LEFT_OUT = ("core/kernel/", "core/scenario/table.py", "core/scenario/presets/")
 
 
-def sources(suffixes):
+@cache
+def sources():
+    """Texts of the tracked and new files, by name."""
     listed = subprocess.run(
         ["git", "ls-files", "--cached", "--others", "--exclude-standard", *FOLDERS, *PAGES],
         cwd=ROOT,
@@ -66,18 +69,23 @@ def sources(suffixes):
         text=True,
         check=True,
     ).stdout.splitlines()
-    return [name for name in listed if name.endswith(suffixes) and not name.startswith(LEFT_OUT)]
+    return {
+        name: (ROOT / name).read_text("utf-8")
+        for name in listed
+        if name.endswith((".py", ".md", ".toml", ".js"))
+        and not name.startswith(LEFT_OUT)
+        and (ROOT / name).is_file()
+    }
 
 
 @pytest.mark.parametrize("term", RETIRED | RETIRED_IN_DOCUMENTS)
 def test_a_retired_term_does_not_come_back(term):
-    pattern = re.compile(term, re.IGNORECASE)
-    suffixes = (".py", ".md", ".toml", ".js") if term in RETIRED else (".md",)
-    names = [name for name in sources(suffixes) if (ROOT / name).is_file()]
+    pattern = re.compile(term, re.IGNORECASE | re.MULTILINE)
     lines = [
         f"{name}:{number}: {line.strip()[:100]}"
-        for name in names
-        for number, line in enumerate((ROOT / name).read_text("utf-8").splitlines(), 1)
+        for name, text in sources().items()
+        if (term in RETIRED or name.endswith(".md")) and pattern.search(text)
+        for number, line in enumerate(text.splitlines(), 1)
         if pattern.search(line)
     ]
     assert not lines, f"write {(RETIRED | RETIRED_IN_DOCUMENTS)[term]}:\n" + "\n".join(lines)

@@ -1,7 +1,5 @@
 """The page on studies: its file runs, its example prints what it says, its maps have their runs."""
 
-import contextlib
-import io
 import re
 from pathlib import Path
 
@@ -10,17 +8,16 @@ import pytest
 from slipgrasp.cli.main import main
 from slipgrasp.core.study.loading import load_study
 from slipgrasp.recordings.study.map_axes import choose_axes
+from tests.fenced_blocks import DOCS, blocks_of, output_of
 
 pytestmark = pytest.mark.slow
 
-DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "studies.md").read_text(encoding="utf-8")
 
 
 def block(kind):
-    found = re.search(rf"^```{kind}\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
-    assert found is not None
-    return found[1]
+    """The first one of a kind."""
+    return blocks_of(PAGE, kind)[0].text
 
 
 def test_the_file_of_the_page_runs_and_its_example_prints_what_the_page_says(
@@ -31,10 +28,7 @@ def test_the_file_of_the_page_runs_and_its_example_prints_what_the_page_says(
     assert main(["study", "study.toml", "--executor", "inline", "--output", "done"]) == 0
     capsys.readouterr()
 
-    printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
-        exec(compile(block("python"), "studies.md", "exec"), {"__name__": "example"})
-    assert printed.getvalue() == block("text")
+    assert output_of(block("python"), {"__name__": "example"}) == block("text")
 
 
 def test_the_margin_of_the_page_is_what_its_command_prints(tmp_path, capsys):

@@ -1,7 +1,10 @@
 """``slipgrasp study`` and ``slipgrasp rebuild``: in this process where no signal is needed."""
 
+import contextlib
 import csv
+import io
 import json
+import shutil
 import signal
 from pathlib import Path
 
@@ -53,6 +56,23 @@ def inline(study, *arguments):
     return ("study", study, "--executor", "inline", *arguments)
 
 
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory, kernel) -> tuple[Path, str]:
+    """The folder of the study once it is done, and what the command said."""
+    folder = tmp_path_factory.mktemp("finished")
+    (folder / "grid.toml").write_text(STUDY)
+    with contextlib.redirect_stdout(io.StringIO()) as said:
+        arguments = inline(folder / "grid.toml", "--output", folder / "done")
+        assert main([*map(str, arguments)]) == 0
+    return folder / "done", said.getvalue()
+
+
+@pytest.fixture
+def done(study, finished) -> None:
+    """A copy of that folder in the present one."""
+    shutil.copytree(finished[0], "done")
+
+
 def files_in(folder):
     return sorted(path.name for path in Path(folder).iterdir())
 
@@ -75,9 +95,8 @@ def test_a_study_gives_table_map_recordings_and_one_object_of_what_happened(stud
     assert {"fingers.0.friction", "reason", "slip_path_1", "held"} <= rows[0].keys()
 
 
-def test_recordings_are_kept_as_the_study_says_and_named_in_the_table(study, command):
-    command(*inline(study, "--output", "done"))
-
+@pytest.mark.usefixtures("done")
+def test_recordings_are_kept_as_the_study_says_and_named_in_the_table():
     results = read_results("done/study.mcap")
     kept = {row["recording"]: row for row in results.rows()[0] if row["recording"] is not None}
     assert files_in("done/recordings") == sorted(f"{name}.mcap" for name in kept)
@@ -86,15 +105,14 @@ def test_recordings_are_kept_as_the_study_says_and_named_in_the_table(study, com
     assert state_hash(read_recording(f"done/recordings/{name}.mcap")) == row["state_hash"]
 
 
-def test_a_person_is_told_how_the_runs_ended_and_what_the_crossed_values_did(study, command):
-    said = command(*inline(study, "--output", "done")).out
-
+def test_a_person_is_told_how_the_runs_ended_and_what_the_crossed_values_did(finished):
+    folder, said = finished
     assert "All 18 runs done, in " in said
     assert "3 held the object (16.7 %)" in said
     assert "diverged     12  66.7 %  model_estimate_singular" in said
     assert "controller.lyapunov_weight = 20     9     3  33.3 %" in said
     assert "both held 0, only the first 0, only the second 3, neither 6" in said
-    assert str(Path("done/results.csv").absolute()) in said
+    assert str(folder / "results.csv") in said
 
 
 def test_without_output_each_study_gets_a_new_folder_in_the_data_folder(study, command):
@@ -160,8 +178,8 @@ def test_a_wrong_number_of_workers_is_refused(study, workers):
         main(["study", str(study), "--workers", workers])
 
 
+@pytest.mark.usefixtures("done")
 def test_what_is_in_the_folder_is_replaced_only_on_request(study, command):
-    command(*inline(study, "--output", "done"))
     refused = command(*inline(study, "--output", "done"), status=2)
     assert "study.mcap' already exists; --force replaces it" in refused.err
 
@@ -253,8 +271,8 @@ def test_an_interrupted_study_keeps_what_is_done_and_the_same_command_goes_on(
     assert results.row(59)["state_hash"] == state_hash(alone)
 
 
-def test_a_row_becomes_a_recording_that_is_what_the_study_computed(study, command):
-    command(*inline(study, "--output", "done"))
+@pytest.mark.usefixtures("done")
+def test_a_row_becomes_a_recording_that_is_what_the_study_computed(command):
     printed = command("rebuild", "done/study.mcap", "17", "--output", "run.mcap").out
 
     assert printed == "run.mcap\n"
@@ -268,21 +286,21 @@ def test_a_row_becomes_a_recording_that_is_what_the_study_computed(study, comman
     )
 
 
-def test_a_row_becomes_a_run_of_the_data_folder_by_default(study, command):
-    command(*inline(study, "--output", "done"))
+@pytest.mark.usefixtures("done")
+def test_a_row_becomes_a_run_of_the_data_folder_by_default(command):
     path = Path(command("rebuild", "done/study.mcap", "0").out.strip())
 
     assert path.parent == Path("data").absolute()
     assert "Equal: " in command("verify", path.stem).out
 
 
-def test_a_run_that_is_not_there_is_refused(study, command):
-    command(*inline(study, "--output", "done"))
+@pytest.mark.usefixtures("done")
+def test_a_run_that_is_not_there_is_refused(command):
     said = command("rebuild", "done/study.mcap", "18", status=2).err
     assert "there is no run 18 in 'done/study.mcap'; it has 18, counted from 0" in said
 
 
 @pytest.mark.parametrize("name", ["verify", "export"])
-def test_commands_for_recordings_say_what_to_do_with_a_study(study, command, name):
-    command(*inline(study, "--output", "done"))
+@pytest.mark.usefixtures("done")
+def test_commands_for_recordings_say_what_to_do_with_a_study(command, name):
     assert "'slipgrasp rebuild'" in command(name, "done/study.mcap", status=2).err

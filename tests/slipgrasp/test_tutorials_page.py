@@ -14,11 +14,10 @@ from typing import Any, NamedTuple
 import pytest
 
 from slipgrasp.cli.main import main
+from tests.fenced_blocks import DOCS, blocks_of, output_of
 
 pytestmark = pytest.mark.slow
 
-DOCS = Path(__file__).parents[2] / "docs"
-BLOCK = re.compile(r"^```(console|python|text|toml)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"`([a-z]+\.toml)`[^`]*?:\n")
 REST = "…"
 
@@ -33,16 +32,15 @@ class Step(NamedTuple):
 
 def steps(page: str) -> Iterator[Step]:
     names = iter(FILE.findall(page))
-    blocks = BLOCK.findall(page)
-    for (kind, text), (next_kind, next_text) in zip(blocks, [*blocks[1:], ("", "")], strict=True):
-        if kind == "console":
-            for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
+    for block in blocks_of(page, "console", "python", "toml"):
+        if block.kind == "console":
+            for part in re.split(r"^\$ ", block.text, flags=re.MULTILINE)[1:]:
                 command, _, printed = part.partition("\n")
-                yield Step(kind, command, printed)
-        elif kind == "python":
-            yield Step(kind, text, next_text if next_kind == "text" else "")
-        elif kind != "text":
-            yield Step(next(names), text, "")
+                yield Step(block.kind, command, printed)
+        elif block.kind == "python":
+            yield Step(block.kind, block.text, block.printed or "")
+        else:
+            yield Step(next(names), block.text, "")
 
 
 def pattern(printed):
@@ -64,11 +62,10 @@ class Reader:
     def follow(self, step: Step) -> str:
         """Output of a step."""
         program, *arguments = shlex.split(step.text) if step.kind == "console" else [""]
-        printed = io.StringIO()
-        with contextlib.redirect_stdout(printed):
-            if step.kind == "python":
-                exec(compile(step.text, "tutorials.md", "exec"), self._names)
-            elif step.kind != "console":
+        if step.kind == "python":
+            return output_of(step.text, self._names)
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            if step.kind != "console":
                 Path(step.kind).write_text(step.text, encoding="utf-8")
             elif program == "slipgrasp":
                 main(arguments)

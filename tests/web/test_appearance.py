@@ -81,16 +81,16 @@ def test_the_panel_shows_what_is_chosen_and_sends_nothing_by_itself(
     sent: list[Intent] = []
     panel = AppearancePanel(viewer_server.gui, view.appearance, sent.append)
     panel.update(replace(view, appearance=Appearance(dark=True, force_scale=2.5, lenses=False)))
-    assert (panel.dark.value, panel.force_scale.value, panel.lenses.value) == (True, 2.5, False)
+    shown = {field: widget.value for field, widget in panel.inputs.items()}
+    assert (shown["dark"], shown["force_scale"], shown["lenses"]) == (True, 2.5, False)
     assert sent == []
-    panel.remove()
 
 
 def test_one_switch_asks_for_the_whole_look(viewer_server: ViewerServer, view: ViewState) -> None:
     sent: list[Intent] = []
     panel = AppearancePanel(viewer_server.gui, view.appearance, sent.append)
     panel.update(replace(view, appearance=Appearance(force_scale=1.5, cones=False)))
-    press(panel.dark)
+    press(panel.inputs["dark"])
     assert sent == [SetAppearance(Appearance(dark=False, force_scale=1.5, cones=False))]
 
 

@@ -171,7 +171,6 @@ def test_the_note_stands_below_the_control_of_the_law(viewer_server: ViewerServe
     panel.update(first)
     assert panel.law_line == ""
     assert panel.control("estimates.3.maximum").value == ""
-    panel.remove()
 
 
 def test_a_law_and_its_settings_are_one_event_of_the_run() -> None:

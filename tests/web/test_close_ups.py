@@ -102,7 +102,7 @@ SLIPS = """async ([facts, arrays, times, folder]) => {
     const typed = Object.fromEntries(
         Object.entries(arrays).map(([name, values]) => [name, Float64Array.from(values)]));
     const run = new ContactRun({reach: 1, contacts: [{}], ...facts}, typed);
-    return times.map((time) => run.at(0, time).slip[0]);
+    return times.map((time) => run.at(0, time).states.slip[0, 0]);
 }"""
 # For every picture: the time, and of the first fingertip the colours of its close-up and its ball.
 WATCH_PICTURES = """() => {
@@ -194,14 +194,14 @@ def test_a_planar_lens_shows_slip_force_and_cone_in_the_axes_of_the_object(
     blank: Page, case_2: RunResult
 ) -> None:
     time, layout = 0.1, lay_out(case_2)
-    sample = Sampler(case_2.trace).at(time)
+    states = Sampler(case_2.trace).at(time).states
     for i, contact in enumerate(contacts_of(case_2.scenario)):
         lens = drawn(blank, case_2, i, time)
         tangent, inward = -contact.axes[:2, 0], contact.axes[:2, 1]
-        slip = sample.slip[i, 0] / layout.reach
+        slip = states.slip[0, i, 0] / layout.reach
         tail, force = arrow(lens["paths"]["force"])
         np.testing.assert_allclose(tail, slip * tangent, atol=1e-3)
-        across = -sample.tangential_force[i, 0] * tangent + sample.normal_force[i] * inward
+        across = -states.tangential_force[0, i, 0] * tangent + states.normal_force[0, i] * inward
         full = 0.65 / layout.full.force * across
         share = np.linalg.norm(force) / np.linalg.norm(full)
         np.testing.assert_allclose(force, share * full, atol=1e-3)
@@ -213,12 +213,12 @@ def test_a_planar_lens_shows_slip_force_and_cone_in_the_axes_of_the_object(
         sides = edge[[0, 2]] - edge[1]
         np.testing.assert_allclose(np.linalg.norm(sides, axis=1), 0.58, atol=1e-3)
         # A fingertip that slips has its force on the edge of its cone.
-        assert sample.phases[i] is not ContactPhase.STICK
+        assert states.phases[0, i] != ContactPhase.STICK
         slopes = (sides @ tangent) / (sides @ inward)
         assert np.abs(slopes - (force @ tangent) / (force @ inward)).min() < 0.01
         reached = lens["paths"]["trail" if slip < 0 else "ahead"]
         np.testing.assert_allclose(reached[1] - reached[0], slip * tangent, atol=1e-3)
-        assert lens["ball"][2] == f"phase {int(sample.phases[i])}"
+        assert lens["ball"][2] == f"phase {int(states.phases[0, i])}"
 
 
 # Slip t³ until 2 s, and then none: the last stretch begins without a sample at the phase change.
@@ -263,13 +263,13 @@ def test_friction_of_a_spatial_contact_ends_on_its_limit_while_it_slips(
     blank: Page, preset: str
 ) -> None:
     run = simulate(with_values(load_scenario(preset), {"simulation.duration": 0.2}))
-    sampler, layout = Sampler(run.trace), lay_out(run)
-    lens, sample = drawn(blank, run, 0, 0.05), sampler.at(0.05)
-    tip = sample.slip[0, ::-1] / layout.reach
+    layout = lay_out(run)
+    lens, states = drawn(blank, run, 0, 0.05), Sampler(run.trace).at(0.05).states
+    tip = states.slip[0, 0, ::-1] / layout.reach
     tail, friction = arrow(lens["paths"]["force"])
     np.testing.assert_allclose(tail, tip, atol=2e-3)
     scale = 0.5 / layout.limit
-    np.testing.assert_allclose(friction, -scale * sample.tangential_force[0, ::-1], atol=2e-3)
+    np.testing.assert_allclose(friction, -scale * states.tangential_force[0, 0, ::-1], atol=2e-3)
     limit = lens["paths"]["limit"] - tip
     norm = np.inf if run.scenario.friction_cone == "pyramid" else 2
     radius = np.linalg.norm(limit, norm, axis=1)
@@ -286,7 +286,7 @@ def test_the_hand_of_a_pad_turns_clockwise_with_a_positive_spin(blank: Page) -> 
     run = simulate(with_values(load_scenario("parallel-gripper"), {"simulation.duration": 0.6}))
     layout = lay_out(run)
     for time in (0.0, 0.55):
-        spin = float(Sampler(run.trace).at(time).spin[0])
+        spin = float(Sampler(run.trace).at(time).states.spin[0, 0])
         hand = drawn(blank, run, 0, time)["paths"]["hand"][-1]
         radius = 0.015 / layout.reach
         np.testing.assert_allclose(hand, radius * np.array([np.sin(spin), np.cos(spin)]), atol=2e-3)
@@ -305,7 +305,7 @@ def test_patches_and_the_ghost_are_drawn_while_they_are_there(
     assert drawn(blank, run, 1, 0.05)["wet"] == []
     assert len(drawn(blank, prism, 0, 0.05)["paths"]["ghost"]) == 0
     pale = drawn(blank, prism, 0, 0.05, prism)["paths"]["ghost"][-1]
-    slip = Sampler(prism.trace).at(0.05).slip[0, ::-1]
+    slip = Sampler(prism.trace).at(0.05).states.slip[0, 0, ::-1]
     np.testing.assert_allclose(pale, slip / lay_out(prism).reach, atol=2e-3)
 
 
@@ -322,12 +322,14 @@ def shows(page: Page, preset: str, time: float) -> None:
 
 def captions(result: RunResult, time: float) -> list[list[str]]:
     """What close-ups say about a run at a time."""
-    sample = Sampler(result.trace).at(time)
+    states = Sampler(result.trace).at(time).states
     told = []
     for i, name in enumerate(result.scenario.finger_names):
-        slips = sample.phases[i] is not ContactPhase.STICK
-        force = float(np.hypot(np.linalg.norm(sample.tangential_force[i]), sample.normal_force[i]))
-        slip = length_words(float(np.linalg.norm(sample.slip[i].astype(np.float32))))
+        slips = states.phases[0, i] != ContactPhase.STICK
+        force = float(
+            np.hypot(np.linalg.norm(states.tangential_force[0, i]), states.normal_force[0, i])
+        )
+        slip = length_words(float(np.linalg.norm(states.slip[0, i].astype(np.float32))))
         title = f"{name.capitalize()} {'SLIPS' if slips else 'sticks'}"
         told.append([title, f"slip {slip}", f"force {force:.1f} N"])
     return told

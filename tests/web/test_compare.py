@@ -195,7 +195,6 @@ def test_the_panel_offers_the_newest_runs_and_shows_which_are_compared(
     assert (panel.b.value, panel.b.options[1]) == ("the run before: this", NONE)
     panel.update(replace(view, ghost=None, run_list=RunList()))
     assert (panel.b.value, len(panel.a.options)) == (NONE, 2)
-    panel.remove()
 
 
 def test_beliefs_are_called_by_what_they_are_about(case_1: RunResult) -> None:

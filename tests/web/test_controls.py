@@ -141,7 +141,6 @@ def test_a_field_beside_a_slider_takes_more_digits_than_the_slider_has_steps(
     assert panel.control(MASS).read(1.2345) == 1.2345
     assert panel.control(MASS).read(40.0) == 40.0
     assert slider.max == 40.0
-    panel.remove()
     assert sent == []
 
 
@@ -158,7 +157,6 @@ def test_a_gain_is_one_number_on_a_slider_or_a_list_in_a_field(
     assert field.read("100, 90, 80") == [100.0, 90.0, 80.0]
     panel.update(view_of(draft))
     assert (slider.input.visible, slider.value, field.value) == (True, 100.0, "100")
-    panel.remove()
 
 
 def test_a_field_keeps_the_way_a_user_writes_a_number(viewer_server: ViewerServer) -> None:
@@ -173,7 +171,6 @@ def test_a_field_keeps_the_way_a_user_writes_a_number(viewer_server: ViewerServe
     assert field.value == "0.2"
     field.show(None)
     assert field.value == ""
-    panel.remove()
 
 
 def test_a_control_that_the_program_sets_sends_nothing(viewer_server: ViewerServer) -> None:
@@ -186,7 +183,6 @@ def test_a_control_that_the_program_sets_sends_nothing(viewer_server: ViewerServ
     panel.update(view_of(Draft.from_preset("paper-case-2")))
     assert panel.control("estimates.0.initial").value == 1.2
     assert sent == []
-    panel.remove()
 
 
 def test_a_control_shows_the_value_that_holds_at_the_play_head(viewer_server: ViewerServer) -> None:
@@ -195,7 +191,6 @@ def test_a_control_shows_the_value_that_holds_at_the_play_head(viewer_server: Vi
     for time, value in ((0.5, 1.0), (1.0, 1.7), (2.0, 1.7), (0.0, 1.0)):
         panel.update(view_of(draft, time))
         assert panel.control(MASS).value == value
-    panel.remove()
 
 
 def test_the_control_in_the_users_hand_is_left_alone(viewer_server: ViewerServer) -> None:
@@ -207,7 +202,6 @@ def test_the_control_in_the_users_hand_is_left_alone(viewer_server: ViewerServer
         panel.update(replace(moved, editing=replace(moved.editing, gesture=gesture)))
         assert panel.control(MASS).value == shown
         assert panel.control("object.inertia").value == 0.02
-    panel.remove()
 
 
 def test_there_are_no_controls_before_the_first_recording_is_there(
@@ -220,7 +214,6 @@ def test_there_are_no_controls_before_the_first_recording_is_there(
         panel.control(MASS)
     panel.update(view_of(Draft.from_preset("paper-case-1").edited(MASS, 1.7)))
     assert panel.control(MASS).value == 1.7
-    panel.remove()
 
 
 def test_what_is_wrong_stands_below_the_field_until_it_is_right(
@@ -235,7 +228,6 @@ def test_what_is_wrong_stands_below_the_field_until_it_is_right(
     assert "object.inertia is -1.0" in panel.errors[0]
     panel.update(view_of(draft.edited(MASS, 1.7)))
     assert panel.errors == ()
-    panel.remove()
 
 
 def test_errors_are_escaped(viewer_server: ViewerServer) -> None:
@@ -244,7 +236,6 @@ def test_errors_are_escaped(viewer_server: ViewerServer) -> None:
     error = FieldError(field="title", value=None, limit=None, message="<img src=x>")
     panel.update(replace(view_of(draft), status=RunStatus.refused(ScenarioError([error]))))
     assert "&lt;img" in panel.errors[0]
-    panel.remove()
 
 
 def test_a_number_beyond_the_slider_survives_a_page_that_cuts_it_off(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +26,7 @@ from slipgrasp.web.model.study_draft import offers_of
 from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.panels.controls_panel import ControlsPanel
 from slipgrasp.web.panels.study_panel import draft_html
+from tests.fenced_blocks import DOCS, blocks_of
 from tests.web.conftest import PATIENCE, SMALL
 from tests.web.driving import (
     choose_law,
@@ -41,16 +41,15 @@ from tests.web.reducing import AT_REST, after, first_view
 from tests.web.serving_process import ServerProcess
 
 LAW, GRIP = "controller.kind", "controller.parameters.grip"
-PAGE = Path(__file__).parents[2] / "docs" / "laws.md"
 
 
 @pytest.fixture(scope="module")
 def law_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The law of docs/laws.md that has a parameter and a diagnostic."""
-    text = re.search(r"```python file=declared.py\n(.*?)```", PAGE.read_text(), re.DOTALL)
-    assert text is not None
+    page = (DOCS / "laws.md").read_text(encoding="utf-8")
+    (text,) = (block.text for block in blocks_of(page) if block.file == "declared.py")
     path = tmp_path_factory.mktemp("law") / "declared.py"
-    path.write_text(text[1])
+    path.write_text(text)
     return path
 
 
@@ -137,7 +136,6 @@ def test_the_controls_of_a_law_are_seen_while_it_is_the_law(
     assert not folder.visible
     assert not panel.control("controller.grip_force").input.visible
     assert panel.control(GRIP).value == 30.0
-    panel.remove()
 
 
 def test_a_recording_of_a_law_that_is_not_here_is_shown(
@@ -150,7 +148,6 @@ def test_a_recording_of_a_law_that_is_not_here_is_shown(
     panel = ControlsPanel(viewer_server.gui, lambda _: None)
     panel.update(view_at(0.0, draft))
     assert panel.control(LAW).value == "squeeze"
-    panel.remove()
     assert offers_of(result.scenario) == ()
     assert "law of this scenario is not available" in draft_html(StudyView())
 

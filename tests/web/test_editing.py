@@ -15,7 +15,7 @@ from slipgrasp.core.scenario.loading import (
     scenario_to_toml,
     with_values,
 )
-from slipgrasp.core.scenario.spatial import SpatialPatch
+from slipgrasp.core.scenario.world import SpatialPatch
 from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.draft import Draft, TimedEdit
 from slipgrasp.web.model.editing import History, Reach

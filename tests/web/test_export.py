@@ -76,6 +76,11 @@ class Office:
         self.view = self.reducer.reduce(intent, self.view)
         return self.view.exporting
 
+    def close(self) -> None:
+        for worker in self.reducer.workers:
+            worker.close()
+            worker.join(PATIENCE)
+
     def finish(self) -> list[float]:
         """Takes answers until nothing is made any more; gives the shares that were told."""
         shares: list[float] = []
@@ -90,9 +95,7 @@ class Office:
 def office(short: RunResult, store: RecordingStore) -> Iterator[Office]:
     office = Office(view_of(short), recordings_in(store))
     yield office
-    for worker in office.reducer.workers:
-        worker.close()
-        worker.join(PATIENCE)
+    office.close()
     assert "export" not in {thread.name for thread in threading.enumerate()}
 
 
@@ -180,6 +183,7 @@ def test_a_page_that_needs_more_than_the_budget_is_refused_in_words(
     office.finish()
     assert office.delivered == []
     assert "this page needs" in office.view.exporting.message
+    office.close()
 
 
 def test_a_still_is_the_play_head_in_the_size_that_was_asked_for(office: Office) -> None:
@@ -231,7 +235,6 @@ def fail(error: Exception) -> Callable[[object], ExportFile]:
     return make
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 @pytest.mark.parametrize(
     ("error", "words"),
     [
@@ -246,6 +249,7 @@ def test_what_goes_wrong_is_told_in_words(error: Exception, words: str) -> None:
     answer = answers.get(timeout=PATIENCE)
     assert isinstance(answer, ExportFailed) and answer.number == 7
     assert words in answer.message
+    worker.close()
     worker.join(PATIENCE)
 
 

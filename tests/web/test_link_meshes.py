@@ -108,8 +108,6 @@ def test_meshes_are_at_their_links_and_replace_their_bars(
     # The last link may contain the mark of its fingertip.
     assert node(viewer_server, f"{LINK}/mesh").opacity is None
     assert node(viewer_server, f"{LINK}/finger_0-link_2/mesh").opacity == 0.4
-    scene.remove()
-    assert viewer_server.scene.get_handle_by_name("/links-1") is None
 
 
 def test_meshes_are_sent_once_and_hidden_for_other_hands(
@@ -135,7 +133,6 @@ def test_meshes_are_sent_once_and_hidden_for_other_hands(
     assert tuple(node(viewer_server, "/links-1/finger_0-base/mesh").color) == (
         surfaces_for(dark=True).mount
     )
-    scene.remove()
 
 
 def meshes_in(sent: list[Any]) -> list[Any]:
@@ -160,7 +157,6 @@ def test_a_hand_that_is_moved_as_a_whole_keeps_its_base_and_one_that_is_not_lose
         np.testing.assert_allclose(place, fingers[0].base)
         base = viewer_server.scene.get_handle_by_name(f"/links-{number}/finger_0-base/mesh")
         assert (base is not None) is has_base
-    scene.remove()
 
 
 @pytest.mark.browser

@@ -17,7 +17,7 @@ from slipgrasp.recordings.file.writer import write_recording
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
 from slipgrasp.server.budget import HELD_SHARE, Need
-from slipgrasp.server.exceptions import MemoryHeldError, MemoryLimitError
+from slipgrasp.server.exceptions import MemoryLimitError, ServiceBusyError
 from slipgrasp.web.app import create_dashboard_app
 from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.export import ExportFailed
@@ -92,11 +92,11 @@ def test_a_recording_that_was_written_anew_is_read_anew(store, ids, case_1, slug
 def test_beyond_the_bound_the_sentence_says_how_much_is_taken_and_what_helps(store, ids) -> None:
     recordings = recordings_in(store, limit_for(store, ids))
     first = recordings.open(ids[0])
-    with pytest.raises(MemoryHeldError) as refused:
+    with pytest.raises(ServiceBusyError) as refused:
         recordings.open(ids[1])
     assert re.fullmatch(
         r"no memory available: it needs \d+ MB, and open pages use \d+ of \d+ MB; close "
-        r"another page, end a comparison or choose a short run, and open it again",
+        r"another page, end a comparison or choose a short run; try again in 5 s",
         str(refused.value),
     )
     assert recordings.open(ids[0]).result is first.result
@@ -170,6 +170,7 @@ def test_without_memory_no_file_is_made_and_the_page_says_so(store, ids, monkeyp
         answer = answers.get(timeout=PATIENCE)
     assert isinstance(answer, ExportFailed)
     assert "wait for memory" in answer.message
+    worker.close()
     worker.join(PATIENCE)
 
 

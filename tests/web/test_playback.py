@@ -116,11 +116,11 @@ def test_stepping_visits_every_stored_time_once(case_2: RunResult) -> None:
     times = np.unique(case_2.trace.times)[:40]
     visited = [0.0]
     while len(visited) < len(times):
-        visited.append(neighbouring_time(case_2, visited[-1], 1))
+        visited.append(neighbouring_time(case_2.trace.times, visited[-1], 1))
     assert visited == pytest.approx(list(times))
-    assert neighbouring_time(case_2, visited[-1], -1) == visited[-2]
-    assert neighbouring_time(case_2, 0.0, -1) == 0.0
-    assert math.isclose(neighbouring_time(case_2, 7.0, 1), 7.0)
+    assert neighbouring_time(case_2.trace.times, visited[-1], -1) == visited[-2]
+    assert neighbouring_time(case_2.trace.times, 0.0, -1) == 0.0
+    assert math.isclose(neighbouring_time(case_2.trace.times, 7.0, 1), 7.0)
 
 
 def test_a_slip_of_milliseconds_fills_the_window_and_plays_for_seconds() -> None:

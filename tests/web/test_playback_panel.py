@@ -51,7 +51,6 @@ def test_a_moving_play_head_sends_neither_strip_nor_controls_again(
     before = panel.strip.content, panel.transport.content
     panel.update(replace(view, playback=replace(playback_of(view), time=0.1)))
     assert (panel.strip.content, panel.transport.content) == before
-    panel.remove()
 
 
 def test_a_run_without_slip_is_shown_whole(viewer_server: ViewerServer, view: ViewState) -> None:
@@ -60,7 +59,6 @@ def test_a_run_without_slip_is_shown_whole(viewer_server: ViewerServer, view: Vi
     panel.update(replace(view, playback=whole))
     assert 'aria-pressed="true" title="Shows the run' in panel.transport.content
     assert 'aria-pressed="false" title="Shows the time range' in panel.transport.content
-    panel.remove()
 
 
 def test_where_the_run_comes_from_and_the_pale_run_are_named_and_escaped(
@@ -75,7 +73,6 @@ def test_where_the_run_comes_from_and_the_pale_run_are_named_and_escaped(
     panel.update(replace(view, shown=shown, ghost=Ghost(shown, hostile)))
     assert "<img" not in panel.strip.content
     assert panel.strip.content.count("&lt;img") == 4  # each in a tooltip, too
-    panel.remove()
 
 
 def test_the_legend_names_the_directions_of_slip_by_what_is_seen(
@@ -152,7 +149,6 @@ def test_the_session_state_tells_all_the_script_needs_and_is_quiet_while_nothing
     assert told_by(panel)["time"] == playing.time
     panel.update(replace(view, notice="<b>words</b>", playback=playing.advance(0.06)))
     assert told_by(panel)["notice"] == "<b>words</b>" and "<b>" not in panel.session_state.content
-    panel.remove()
 
 
 def told_by(panel: SessionStatePanel) -> dict[str, object]:

@@ -6,6 +6,8 @@ import asyncio
 from collections.abc import Iterator
 from dataclasses import is_dataclass
 from enum import Enum
+from itertools import chain
+from types import SimpleNamespace
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import msgspec
@@ -13,31 +15,29 @@ import pytest
 import websockets.asyncio.client
 
 from benchmarks.headless_viewer import camera_fields
+from slipgrasp.core.run.result import RunResult
 from slipgrasp.server.tokens import Right, Tokens
 from slipgrasp.web.app import create_dashboard_app
-from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.intents.hints import TryHints
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.playback import WindowChoice
-from slipgrasp.web.model.view import RunStage, RunStatus, ViewState
 from slipgrasp.web.page.intents_schema import KINDS, RIGHTS
 from slipgrasp.web.reducers.export import ExportReducer
 from slipgrasp.web.reducers.heavier import HeavierReducer
 from slipgrasp.web.reducers.hints import HintsReducer
 from slipgrasp.web.reducers.laws import LawsReducer
+from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.reducers.runs import RunReducer
 from slipgrasp.web.reducers.scenario import ScenarioReducer
 from slipgrasp.web.reducers.study import StudyReducer
 from tests.server.serving import RunningServer, patient_settings, serve
 from tests.server.test_viewer_relay import PROTOCOL, Echo
+from tests.web.reducing import view_of
 
 pytestmark = pytest.mark.slow
 
 TOKENS = Tokens("the-token-of-these-tests")
 LOOKS = [kind for kind, right in RIGHTS.items() if right is Right.READ]
 WORKS = [kind for kind, right in RIGHTS.items() if right is Right.EVERYTHING]
-WORKING = (ExportReducer, HeavierReducer, HintsReducer, LawsReducer, RunReducer, StudyReducer)
-"""What has something simulated, stored or drawn for good."""
 
 
 def sample(hint: Any) -> Any:
@@ -95,15 +95,30 @@ def test_who_may_look_changes_and_computes_nothing(server, taken, kind) -> None:
     assert [type(intent) for intent in reached] == [kind, TryHints]
 
 
+@pytest.fixture(scope="module")
+def working() -> Iterator[list[Reducer]]:
+    """What has something simulated, stored or drawn for good, without services to do it."""
+    none: Any = SimpleNamespace(preparation=None)
+    reducers = [
+        ExportReducer(none, none, none, none),
+        HeavierReducer(none, none),
+        HintsReducer(none, none),
+        LawsReducer(none, none),
+        RunReducer(none, none, none, simulates_first=False),
+        StudyReducer(none, none, none),
+    ]
+    yield reducers
+    for worker in chain.from_iterable(reducer.workers for reducer in reducers):
+        worker.close()
+
+
 @pytest.mark.parametrize("kind", LOOKS)
-def test_no_intent_that_only_looks_reaches_what_computes_or_changes_a_scenario(kind) -> None:
-    assert not [reducer for reducer in WORKING if issubclass(kind, reducer.takes)]
-    if issubclass(kind, ScenarioReducer.takes):
-        draft = Draft.from_preset("paper-case-1")
-        view = ViewState(
-            draft=draft, status=RunStatus(RunStage.SIMULATING), choice=WindowChoice.SLIP
-        )
-        assert ScenarioReducer().reduce(kind(**sample(kind)), view).draft is draft
+def test_no_intent_that_only_looks_computes_or_changes_a_scenario(
+    kind: type[Intent], working: list[Reducer], case_2: RunResult
+) -> None:
+    intent, view = kind(**sample(kind)), view_of(case_2)
+    assert [reducer for reducer in working if reducer.reduce(intent, view) is not view] == []
+    assert ScenarioReducer().reduce(intent, view).draft is view.draft
 
 
 def test_what_who_may_look_does_to_widgets_is_ignored(server, monkeypatch) -> None:

@@ -86,7 +86,6 @@ def test_what_is_being_written_about_a_run_stays_while_the_list_is_looked_up_aga
     renamed = replace(run, name="by someone else")
     panel.update(first_view(run_list=RunList(0, 2, (run, run), chosen_id=run.id, chosen=renamed)))
     assert panel.chosen.name.value == "by someone else"
-    panel.remove()
 
 
 def test_runs_of_one_name_are_told_apart_by_when_they_were_saved(

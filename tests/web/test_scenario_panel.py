@@ -95,7 +95,6 @@ def test_what_the_user_does_becomes_an_intent_and_what_the_program_does_not(
         Undo(),
         ResetScenario(),
     ]
-    panel.remove()
 
 
 def test_a_recording_and_a_file_stay_among_the_scenarios_to_choose(
@@ -110,7 +109,6 @@ def test_a_recording_and_a_file_stay_among_the_scenarios_to_choose(
     panel.update(replace(view, draft=Draft.from_preset("paper-case-2")))
     assert panel.origin.value == "paper-case-2"
     assert set(panel.origin.options) == {"file own.toml", "recording mine", *all_preset_names()}
-    panel.remove()
 
 
 def test_a_file_is_saved_only_once_there_is_a_run(
@@ -122,7 +120,6 @@ def test_a_file_is_saved_only_once_there_is_a_run(
     assert panel.save.disabled
     panel.update(replace(view, shown=Shown(1, case_1, 0.01)))
     assert not panel.save.disabled
-    panel.remove()
 
 
 def test_what_is_wrong_with_a_file_is_a_list_with_field_and_limit(
@@ -140,7 +137,6 @@ def test_what_is_wrong_with_a_file_is_a_list_with_field_and_limit(
     assert "and 8 more" in panel.errors.content
     panel.update(view)
     assert panel.errors.content == ""
-    panel.remove()
 
 
 def test_the_hint_of_the_scenario_says_what_it_shows(viewer_server: ViewerServer) -> None:
@@ -148,4 +144,3 @@ def test_the_hint_of_the_scenario_says_what_it_shows(viewer_server: ViewerServer
     panel = ScenarioPanel(viewer_server.gui, draft, lambda _: None)
     panel.update(view_of(draft))
     assert panel.origin.hint == draft.base.title
-    panel.remove()

@@ -25,7 +25,7 @@ from slipgrasp.web.scene.layout import (
     nice_at_least,
     nice_at_most,
 )
-from slipgrasp.web.scene.marks import MarkSizes, sizes_on_hand, states_of, trail_of
+from slipgrasp.web.scene.marks import MarkSizes, Trail, sizes_on_hand
 from slipgrasp.web.scene.shapes import (
     Mesh,
     circle,
@@ -42,32 +42,31 @@ LOW, HIGH = np.array([0.0, 0.0]), np.array([3.0, 2.0])
 
 def marks_of(result: RunResult, sample: Sample, index: int) -> ContactMarks:
     contact = contacts_of(result.scenario)[index]
-    return contact_marks(contact, index, states_of(sample), SIZES, FullScale(30.0, 1.0))
+    return contact_marks(contact, index, sample.states, SIZES, FullScale(30.0, 1.0))
 
 
 def test_the_trail_leads_from_the_first_touch_to_the_fingertip(case_2: RunResult) -> None:
     sample = Sampler(case_2.trace).at(0.1)
     for index, reached in ((0, 1), (1, 0)):
-        backward, forward = trail_of(sample, index).segments
+        backward, forward = Trail(sample.trails[index]).segments
         np.testing.assert_array_equal(backward[1], forward[0])
         ends = (backward[0], forward[1])
-        np.testing.assert_allclose(ends[reached], sample.slip[index])
+        np.testing.assert_allclose(ends[reached], sample.states.slip[0, index])
         np.testing.assert_allclose(ends[1 - reached], 0.0)
         # Along the first axis of the contact frame, against it.
         tip = marks_of(case_2, sample, index).tip
-        np.testing.assert_allclose(tip, [-sample.slip[index, 0], 0.0, 0.0])
+        np.testing.assert_allclose(tip, [-sample.states.slip[0, index, 0], 0.0, 0.0])
 
 
 def test_the_fingertip_and_its_trail_follow_a_round_object(case_2: RunResult) -> None:
     scenario = with_values(case_2.scenario, {"object.shape": "circle", "object.radius": 0.05})
     sample = Sampler(case_2.trace).at(0.1)
     for index, contact in enumerate(contacts_of(scenario)):
-        states = states_of(sample)
-        marks = contact_marks(contact, index, states, SIZES, FullScale(30.0, 1.0))
-        angle = sample.slip[index, 0] / 0.05
+        marks = contact_marks(contact, index, sample.states, SIZES, FullScale(30.0, 1.0))
+        angle = sample.states.slip[0, index, 0] / 0.05
         bent = [-0.05 * np.sin(angle), 0.05 * (1.0 - np.cos(angle)), 0.0]
         np.testing.assert_allclose(marks.tip, bent, atol=1e-15)
-        trail = trail_of(sample, index)
+        trail = Trail(sample.trails[index])
         pieces, colours = trail.divided(24)
         assert len(pieces) == len(colours) == 48
         np.testing.assert_allclose(pieces[1:, 0], pieces[:-1, 1], atol=1e-15)
@@ -82,7 +81,7 @@ def test_the_arrow_of_the_slip_velocity_stands_outside(case_2: RunResult) -> Non
         marks = marks_of(case_2, sample, index)
         assert (marks.motion @ contact.inward < -2.0 * SIZES.tip_radius).all()
         assert np.sign(marks.motion[1, 0] - marks.motion[0, 0]) == -np.sign(
-            sample.slip_velocity[index, 0]
+            sample.states.slip_velocity[0, index, 0]
         )
 
 

@@ -15,7 +15,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.palette import PHASES
-from slipgrasp.scene.rotations import matrices
+from slipgrasp.scene.rotations import about_z, matrices
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sampler
@@ -80,7 +80,7 @@ def test_the_marks_have_the_colour_of_their_phase(
     for time in (0.05, 6.0):
         sample = Sampler(case_2.trace).at(time)
         scene.update(sample)
-        for i, phase in enumerate(sample.phases):
+        for i, phase in enumerate(sample.states.phases[0]):
             ball = node(viewer_server, f"/hand/plane/object/contact{i}/tip/ball")
             assert tuple(ball.color) == PHASES[phase]
 
@@ -128,7 +128,7 @@ def test_the_pale_run_stands_where_it_is_and_goes_when_it_is_dismissed(
     scene.show(case_2, heavier)
     scene.update(shown, other)
     place = node(viewer_server, "/ghost/plane/edges").position
-    assert place[:2] == pytest.approx(other.object_pose[:2])
+    assert place[:2] == pytest.approx(other.states.object_pose[0, :2])
     _, arrays = sent_for_close_ups(viewer_server)
     slip = heavier.trace.slip.astype(np.float32)
     np.testing.assert_array_equal(arrays["ghostSlip"][..., 0], slip)
@@ -207,15 +207,15 @@ def test_a_polygon_is_drawn_with_its_corners_and_a_ghost_of_it_too(
     scene.update(sample, sample)
     drawn = np.unique(node(viewer_server, "/hand/plane/object/part0").vertices[:, :2], axis=0)
     np.testing.assert_allclose(drawn, np.unique(CORNERS, axis=0), atol=1e-6)
-    x, y, angle = sample.object_pose
+    (x, y), angle = sample.states.object_pose[0, :2], about_z(sample.states.object_pose[0, 3:])
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     edges = node(viewer_server, "/ghost/plane/edges")
     pale = edges.points[: len(CORNERS), 0] @ matrices(edges.wxyz[None])[0].T + edges.position
     np.testing.assert_allclose(pale[:, :2], CORNERS @ turn.T + (x, y), atol=1e-6)
     plane = matrices(node(viewer_server, "/ghost/plane").wxyz[None])[0]
     np.testing.assert_allclose(plane @ [x, y, 0.0], [x, 0.0, y], atol=1e-12)
-    assert (layout.low < np.array(CORNERS) + sample.object_pose[:2]).all()
-    assert (layout.hand_high > np.array(CORNERS) + sample.object_pose[:2]).all()
+    assert (layout.low < np.array(CORNERS) + sample.states.object_pose[0, :2]).all()
+    assert (layout.hand_high > np.array(CORNERS) + sample.states.object_pose[0, :2]).all()
 
 
 def test_a_low_friction_patch_lies_on_its_face_and_in_the_close_up_while_it_is_there(

@@ -11,14 +11,18 @@ import viser
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions
+from slipgrasp.core.scenario.loading import (
+    all_preset_names,
+    load_scenario,
+    parameter_definitions,
+)
 from slipgrasp.core.scenario.space import RAIL, SUPPORT, Space
 from slipgrasp.recordings.compare.comparison import IncomparableError, compare
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.charts.charts import charts_of
 from slipgrasp.web.charts.xy import xy_charts
 from slipgrasp.web.model.disturbances import DisturbanceKind
-from slipgrasp.web.model.draft import Draft, offered_presets
+from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.events import events_of
 from slipgrasp.web.model.intents.scenario import AddDisturbance, ChooseLaw, DragObject, SetParameter
 from slipgrasp.web.model.parameter_groups import group_parameters, law_groups
@@ -108,7 +112,7 @@ def nodes(server: ViewerServer, part: str) -> dict[str, viser.SceneNodeHandle]:
 
 
 def test_presets_of_the_kind_are_offered(kind: Kind) -> None:
-    assert {kind.preset, kind.edited} <= set(offered_presets())
+    assert {kind.preset, kind.edited} <= set(all_preset_names())
 
 
 def test_the_scene_follows_body_and_fingertip(
@@ -123,13 +127,11 @@ def test_the_scene_follows_body_and_fingertip(
         scene.update(sample, sampler.at(0.0))
         place = nodes(viewer_server, "/slide")["/slide/top"].position
         if kind.space is SUPPORT:
-            np.testing.assert_allclose(place[:2], sample.slip[0], atol=1e-3)
+            np.testing.assert_allclose(place[:2], sample.states.slip[0, 0], atol=1e-3)
             continue
-        assert place[0] == pytest.approx(sample.object_pose[0], abs=1e-3)
+        assert place[0] == pytest.approx(sample.states.object_pose[0, 0], abs=1e-3)
         tip = nodes(viewer_server, "/contact0")["/contact0/tip"].position
-        assert tip[0] == pytest.approx(-sample.slip[0, 0], abs=1e-3)
-    scene.remove()
-    assert nodes(viewer_server, "/slide") == {}
+        assert tip[0] == pytest.approx(-sample.states.slip[0, 0, 0], abs=1e-3)
 
 
 def test_another_kind_of_scenario_replaces_the_scene(
@@ -140,7 +142,6 @@ def test_another_kind_of_scenario_replaces_the_scene(
         scene.show(each)
         scene.update(Sampler(each.trace).at(0.1))
         assert ("/slide/top/arrows" in nodes(viewer_server, "/slide")) == (each is run)
-    scene.remove()
 
 
 def test_charts_have_finite_lines_and_say_nothing_foreign(kind: Kind, run: RunResult) -> None:
@@ -200,7 +201,6 @@ def test_the_panel_offers_neither_laws_nor_patches(
     panel.update(view)
     assert panel.laws.content == ""
     assert panel.disturbances.options == kind.offered
-    panel.remove()
 
 
 def test_card_caption_and_events_speak_of_what_is_there(kind: Kind, run: RunResult) -> None:

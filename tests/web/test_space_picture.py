@@ -50,16 +50,16 @@ def test_an_instant_is_read_between_two_rows_and_ends_every_way_at_its_slip(
     sample, trace = sampler.at(DURING + 0.0011), prism.trace
     for i, way in enumerate(sample.trails):
         np.testing.assert_array_equal(way[0], 0.0)
-        np.testing.assert_array_equal(way[-1], sample.slip[i])
+        np.testing.assert_array_equal(way[-1], sample.states.slip[0, i])
         length = np.linalg.norm(np.diff(way, axis=0), axis=1).sum()
         told = np.interp(sample.time, trace.times, trace.slip_path[:, i])
         assert length == pytest.approx(told, rel=1e-3)
-    turned = Rotation.from_quat(sample.object_pose[[4, 5, 6, 3]])
+    turned = Rotation.from_quat(sample.states.object_pose[0, [4, 5, 6, 3]])
     error = np.array(
         [np.interp(sample.time, trace.times, column) for column in trace.tracking_error.T]
     )
     desired = Rotation.from_rotvec(error[3:]) * turned
-    wanted = sample.desired_pose[[4, 5, 6, 3]]
+    wanted = sample.states.desired_pose[0, [4, 5, 6, 3]]
     np.testing.assert_allclose(
         (desired.inv() * Rotation.from_quat(wanted)).magnitude(), 0.0, atol=1e-12
     )
@@ -117,7 +117,7 @@ def test_the_pad_of_a_soft_fingertip_is_a_disc_whose_hand_turns_with_it(
     for time in (0.0, 0.55):
         sample = sampler.at(time)
         scene.update(sample)
-        spin = float(sample.spin[0])
+        spin = float(sample.states.spin[0, 0])
         _, end = node(viewer_server, f"{OBJECT}/contact0/tip/pad-hand").points[0]
         # Seen from outside a positive spin is clockwise.
         clock = np.array([np.cos(spin), np.sin(spin)])
@@ -128,7 +128,6 @@ def test_the_pad_of_a_soft_fingertip_is_a_disc_whose_hand_turns_with_it(
     scene.show(prism)
     scene.update(Sampler(prism.trace).at(DURING))
     assert viewer_server.scene.get_handle_by_name(pad_node) is None
-    scene.remove()
 
 
 def test_friction_has_a_square_in_the_pyramid_on_the_face(
@@ -143,11 +142,10 @@ def test_friction_has_a_square_in_the_pyramid_on_the_face(
     scene.update(sample)
     rays = node(viewer_server, f"{OBJECT}/contact0/tip/cone/edges").points
     *across, height = np.moveaxis(rays[-48:], -1, 0)
-    limit = float(sample.friction[0]) * height
+    limit = float(sample.states.friction[0, 0]) * height
     np.testing.assert_allclose(np.abs(across).max(axis=0), limit, rtol=2e-2)
     assert "friction pyramid" in caption_html(Shown(1, run, 0.01), None, 0.0)
     assert "friction cone" in caption_html(Shown(1, prism, 0.01), None, 0.0)
-    scene.remove()
 
 
 def test_a_run_in_the_plane_takes_the_place_of_one_in_space(
@@ -165,7 +163,6 @@ def test_a_run_in_the_plane_takes_the_place_of_one_in_space(
     assert viewer_server.scene.get_handle_by_name("/hand") is None
     assert node(viewer_server, "/pale-space").visible
     assert isinstance(prism.scenario, SpatialScenario)
-    scene.remove()
 
 
 def test_a_low_friction_patch_lies_on_its_face_while_it_is_there(
@@ -191,4 +188,3 @@ def test_a_low_friction_patch_lies_on_its_face_while_it_is_there(
     # The face ends 1 cm above the middle of the spot, right and up are its axes x and z.
     water = node(viewer_server, f"{on_face}/water").vertices
     assert water[:, 2].max() == pytest.approx(0.01) and water[:, 2].min() == pytest.approx(-0.02)
-    scene.remove()

@@ -108,9 +108,9 @@ def test_the_formulas_give_what_the_scene_of_the_dashboard_draws(name):
 def check_instant(result, program, scene_data, drawn, time):
     names = {**read_at(result, time, "lmabw"), **read_at(result, time, "LMABW")}
     values = evaluated(program, **names)
-    phases = Sampler(result.trace).at(time).phases
+    phases = Sampler(result.trace).at(time).states.phases[0]
     chosen = [*scene_data["common"], *scene_data["ghost"]]
-    chosen += [each for i, p in enumerate(phases) for each in scene_data["fingers"][i][p.value]]
+    chosen += [each for i, p in enumerate(phases) for each in scene_data["fingers"][i][int(p)]]
     moving = [each for each in chosen if "places" in each]
     assert len(moving) > 15
     for each in moving:

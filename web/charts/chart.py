@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,6 +65,46 @@ class Chart:
         return [float(spot.read(line.values)) for line in self.lines]
 
 
+def contact_lines(
+    name: str, labels: Sequence[str], values: Values, *, dashed: bool = False
+) -> Iterator[Line]:
+    """A line for each column of ``(rows, contacts)``, in the colour of its finger.
+
+    Args:
+        name: Beginning of the keys.
+        labels: Labels of the columns.
+        values: The columns.
+        dashed: Whether they are references for other lines.
+    """
+    for i, label in enumerate(labels):
+        yield Line(f"{name}-{i}", label, FINGERS[i % len(FINGERS)], values[:, i], dashed)
+
+
+def margin_chart(
+    texts: tuple[str, str, str, str],
+    names: Sequence[str],
+    force: tuple[str, str, Values],
+    limit: tuple[str, str, Values],
+) -> Chart:
+    """A chart of forces and their dashed limits, with a band between each pair.
+
+    Args:
+        texts: Key, title, unit and description.
+        names: Names of the contacts.
+        force: Key and symbol of the forces, and their values ``(rows, contacts)``.
+        limit: The same of the limits.
+    """
+    lines = [
+        line
+        for (key, symbol, values), dashed in ((force, False), (limit, True))
+        for line in contact_lines(
+            key, [f"{name} {symbol}".strip() for name in names], values, dashed=dashed
+        )
+    ]
+    bands = tuple((f"{limit[0]}-{i}", f"{force[0]}-{i}") for i in range(len(names)))
+    return Chart(*texts, tuple(lines), bands)
+
+
 def moment_limits(result: RunResult) -> Values:
     """Largest moment of every contact at its tangential force, ``(rows, contacts)`` [N m]."""
     trace = result.trace
@@ -77,7 +118,7 @@ def eccentricities(result: RunResult) -> Values:
     return np.array([getattr(f, "eccentricity", 0.0) for f in result.scenario.fingers])
 
 
-def energy_ledger(result: RunResult) -> Chart:
+def balance_charts(result: RunResult) -> tuple[Chart, ...]:
     """The energy balance."""
     trace = result.trace
     potential = trace.potential_energy - trace.potential_energy[0]
@@ -87,14 +128,16 @@ def energy_ledger(result: RunResult) -> Chart:
         ("supplied", "supplied", FINGERS[2], trace.supplied_energy),
         ("dissipated", "lost to friction", FINGERS[5], trace.dissipated_energy),
     )
-    return Chart(
-        "energy",
-        "Energy ledger",
-        "J",
-        "The change of kinetic and potential energy equals the supplied energy minus the "
-        "friction losses; the error is the difference.",
-        (
-            *(Line(*entry) for entry in ledger),
-            Line("error", "error", MUTED, trace.energy_residual, dashed=True),
+    return (
+        Chart(
+            "energy",
+            "Energy ledger",
+            "J",
+            "The change of kinetic and potential energy equals the supplied energy minus the "
+            "friction losses; the error is the difference.",
+            (
+                *(Line(*entry) for entry in ledger),
+                Line("error", "error", MUTED, trace.energy_residual, dashed=True),
+            ),
         ),
     )

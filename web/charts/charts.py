@@ -18,8 +18,16 @@ from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.words.parameter_words import key_words, unit_words
 from slipgrasp.recordings.palette import FINGERS
 from slipgrasp.web.charts import rail_charts
-from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, energy_ledger, moment_limits
-from slipgrasp.web.charts.slide_charts import balance_charts, motion_charts, slide_charts
+from slipgrasp.web.charts.chart import (
+    LEAST_LENGTH,
+    Chart,
+    Line,
+    balance_charts,
+    contact_lines,
+    margin_chart,
+    moment_limits,
+)
+from slipgrasp.web.charts.slide_charts import motion_charts, slide_charts
 
 Values = NDArray[np.float64]
 
@@ -41,48 +49,44 @@ def contact_charts(result: RunResult) -> tuple[Chart, ...]:
     trace, names = result.trace, result.scenario.finger_names
     tangential, symbol = trace.tangential_size, tangential_symbol(trace)
     limits = trace.friction_coefficient * trace.normal_force
-    forces = _per_finger("force", [f"{name} |{symbol}|" for name in names], tangential)
-    cones = _per_finger("limit", [f"{name} μFₙ" for name in names], limits, dashed=True)
     slips = {PLANAR: _planar_slips, SPATIAL: _spatial_slips}[trace.shape.space]
-    return (
-        *slips(trace, names),
-        Chart(
+    forces = margin_chart(
+        (
             "forces",
             f"Tangential force |{symbol}| and its limit μFₙ",
             "N",
             "The band between a force and its limit is the margin; where it closes, the tip slips.",
-            (*forces, *cones),
-            tuple((f"limit-{i}", f"force-{i}") for i in range(len(names))),
         ),
-        *(_spin_charts(result) if trace.shape.soft else ()),
+        names,
+        ("force", f"|{symbol}|", tangential),
+        ("limit", "μFₙ", limits),
     )
+    return (*slips(trace, names), forces, *(_spin_charts(result) if trace.shape.soft else ()))
 
 
 def _spin_charts(result: RunResult) -> tuple[Chart, ...]:
     """Rotation of soft fingertips, and their moments with their limits."""
     trace, names = result.trace, result.scenario.finger_names
-    limits = 1e3 * moment_limits(result)
-    moments = 1e3 * np.abs(trace.torsional_moment)
     return (
         Chart(
             "spin",
             "Spin",
             "mrad",
             "Rotation of each soft fingertip on its face, about the inward normal.",
-            tuple(_per_finger("spin", names, 1e3 * trace.spin)),
+            tuple(contact_lines("spin", names, 1e3 * trace.spin)),
             least=LEAST_LENGTH,
         ),
-        Chart(
-            "moments",
-            "Torsional moment and its limit at the current tangential force",
-            "mN m",
-            "The band between a moment and its limit is the margin; where it closes, the fingertip "
-            "turns and slides simultaneously.",
+        margin_chart(
             (
-                *_per_finger("moment", [f"{name} moment" for name in names], moments),
-                *_per_finger("most", [f"{name} limit" for name in names], limits, dashed=True),
+                "moments",
+                "Torsional moment and its limit at the current tangential force",
+                "mN m",
+                "The band between a moment and its limit is the margin; where it closes, the "
+                "fingertip turns and slides simultaneously.",
             ),
-            tuple((f"most-{i}", f"moment-{i}") for i in range(len(names))),
+            names,
+            ("moment", "moment", 1e3 * np.abs(trace.torsional_moment)),
+            ("most", "limit", 1e3 * moment_limits(result)),
         ),
     )
 
@@ -99,7 +103,7 @@ def _planar_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "Slip",
             "mm",
             "Slip of each fingertip along its face. It is constant while the fingertip sticks.",
-            tuple(_per_finger("slip", names, 1e3 * trace.slip)),
+            tuple(contact_lines("slip", names, 1e3 * trace.slip)),
             least=LEAST_LENGTH,
         ),
         Chart(
@@ -107,7 +111,7 @@ def _planar_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "Slip velocity",
             "mm/s",
             "Speed of each fingertip along its face; exactly zero while it sticks.",
-            tuple(_per_finger("velocity", names, 1e3 * trace.slip_velocity)),
+            tuple(contact_lines("velocity", names, 1e3 * trace.slip_velocity)),
             least=LEAST_LENGTH,
         ),
     )
@@ -120,7 +124,7 @@ def _spatial_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
     both = [
         line
         for k, axis in enumerate("xy")
-        for line in _per_finger(
+        for line in contact_lines(
             f"slip-{axis}", [f"{name} {axis}" for name in names], slip[:, :, k], dashed=k > 0
         )
     ]
@@ -139,7 +143,7 @@ def _spatial_slips(trace: Trace, names: Sequence[str]) -> tuple[Chart, ...]:
             "Slip speed",
             "mm/s",
             "Speed of each fingertip on its face; exactly zero while it sticks.",
-            tuple(_per_finger("velocity", names, speed)),
+            tuple(contact_lines("velocity", names, speed)),
             least=LEAST_LENGTH,
         ),
     )
@@ -190,7 +194,7 @@ def _joint_charts(result: RunResult) -> Iterator[Chart]:
             chosen = [column for column in columns if (column in slides) is of_slides]
             labels = [f"{names[column // joints_per_finger]} {k + 1}" for column in chosen]
             torques = trace.joint_torque[:, chosen]
-            lines += _per_finger(f"{joint}-{k + 1}", labels, torques, dashed=k > 0)
+            lines += contact_lines(f"{joint}-{k + 1}", labels, torques, dashed=k > 0)
         if lines:
             yield Chart(
                 key,
@@ -228,8 +232,8 @@ def estimate_charts(result: RunResult) -> tuple[Chart, ...]:
             f"{prefix}{unit_words(unit).strip(' []')}".rstrip() or "1",
             "Estimates, solid, and true values, dashed.",
             (
-                *_per_finger("estimate", labels, scale * estimates),
-                *_per_finger("truth", ["true"] * len(members), scale * truth, dashed=True),
+                *contact_lines("estimate", labels, scale * estimates),
+                *contact_lines("truth", ["true"] * len(members), scale * truth, dashed=True),
             ),
         )
 
@@ -274,7 +278,7 @@ def energy_charts(result: RunResult) -> tuple[Chart, ...]:
             "Rate of change of the Lyapunov value between rows; below zero the errors decrease.",
             (Line("rate", "dV/dt", FINGERS[1], rate_of_change(trace.times, value)),),
         ),
-        energy_ledger(result),
+        *balance_charts(result),
     )
 
 
@@ -299,7 +303,7 @@ CHART_TABS: dict[str, _Charts] = {
     "Contact": _either(contact_charts, slide_charts, rail_charts.contact_charts),
     "Motion": _either(tracking_charts, motion_charts, rail_charts.motion_charts),
     ESTIMATES_TAB: charts_of_estimates,
-    "Energy": _either(energy_charts, balance_charts, rail_charts.balance_charts),
+    "Energy": _either(energy_charts, balance_charts, balance_charts),
 }
 """The charts of a run by tab."""
 
@@ -330,10 +334,3 @@ def rate_of_change(times: Values, values: Values) -> Values:
     weighted = weight_before * np.append(0.0, slopes) + weight_after * np.append(slopes, 0.0)
     total = weight_before + weight_after
     return np.divide(weighted, total, out=np.zeros_like(total), where=total > 0.0)
-
-
-def _per_finger(
-    name: str, labels: Sequence[str], values: Values, dashed: bool = False
-) -> Iterator[Line]:
-    for i, label in enumerate(labels):
-        yield Line(f"{name}-{i}", label, FINGERS[i % len(FINGERS)], values[:, i], dashed)

@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 
 from slipgrasp.figures.drawing_thread import in_drawing_thread
 from slipgrasp.figures.files import save_figure
-from slipgrasp.figures.style import PAGE_WIDTH, add_axes, new_figure, paint, paper_style
+from slipgrasp.figures.style import (
+    PAGE_WIDTH,
+    add_axes,
+    add_box,
+    add_title,
+    new_figure,
+    paint,
+    paper_style,
+)
 from slipgrasp.recordings.palette import MARK, SHADE, Rgb
 from slipgrasp.web.charts.chart import Line
 from slipgrasp.web.charts.drawn import DrawnChart, remarks_on
@@ -125,9 +133,7 @@ def _draw_chart(
     top: float,
     legend: float,
 ) -> None:
-    head = add_axes(figure, left, top, _COLUMN, _TITLE)
-    head.set_axis_off()
-    head.text(2.0 / _COLUMN, 0.5, _printed(drawn.chart.title), va="center", fontsize=9.5)
+    add_title(figure, _printed(drawn.chart.title), left, top, _COLUMN, _TITLE)
     width = _COLUMN - _LABELS - _RIGHT
     axes = add_axes(figure, left + _LABELS, top + _TITLE + legend, width, _PLOT)
     axes.set_label(drawn.chart.key)
@@ -183,7 +189,6 @@ def _style(line: Line, covers: int = 0) -> dict[str, Any]:
 def _draw_legend(
     figure: Figure, lines: Sequence[Line], left: float, top: float, legend: float
 ) -> None:
-    box = add_axes(figure, left + _LABELS, top, _COLUMN - _LABELS - _RIGHT, legend)
-    box.set_axis_off()
+    box = add_box(figure, left + _LABELS, top, _COLUMN - _LABELS - _RIGHT, legend)
     handles = [Line2D([], [], label=_printed(line.label), **_style(line)) for line in lines]
     box.legend(handles=handles, loc="center left", ncols=_PER_LEGEND_LINE, columnspacing=0.9)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.palette import FINGERS
-from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, energy_ledger
+from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, contact_lines, margin_chart
 
 Values = NDArray[np.float64]
 
@@ -18,7 +18,7 @@ def contact_charts(result: RunResult) -> tuple[Chart, ...]:
     """Slips, slip velocities, friction against its limits, and normal forces."""
     trace = result.trace
     limits = trace.friction_coefficient * trace.normal_force
-    forces = _both("force", "|F|", trace.tangential_size)
+    velocities, normals = ([f"{name} {what}" for name in _NAMES] for what in ("velocity", "N"))
     return (
         Chart(
             "slip",
@@ -33,24 +33,27 @@ def contact_charts(result: RunResult) -> tuple[Chart, ...]:
             "Slip velocities",
             "mm/s",
             "Of the fingertip on the object, and of the object on the rail; zero in stick.",
-            _both("velocity", "velocity", 1e3 * trace.slip_velocity),
+            tuple(contact_lines("velocity", velocities, 1e3 * trace.slip_velocity)),
             least=LEAST_LENGTH,
         ),
-        Chart(
-            "forces",
-            "Friction forces |F| and their limits μN",
-            "N",
-            "The band between a force and its limit is the margin; where it closes, the contact "
-            "slips.",
-            (*forces, *_both("limit", "μN", limits, dashed=True)),
-            (("limit-0", "force-0"), ("limit-1", "force-1")),
+        margin_chart(
+            (
+                "forces",
+                "Friction forces |F| and their limits μN",
+                "N",
+                "The band between a force and its limit is the margin; where it closes, the "
+                "contact slips.",
+            ),
+            _NAMES,
+            ("force", "|F|", trace.tangential_size),
+            ("limit", "μN", limits),
         ),
         Chart(
             "normal-forces",
             "Normal forces",
             "N",
             "Of the fingertip and of the rail on the object; the rail can only push.",
-            _both("normal", "N", trace.normal_force),
+            tuple(contact_lines("normal", normals, trace.normal_force)),
         ),
     )
 
@@ -86,17 +89,4 @@ def motion_charts(result: RunResult) -> tuple[Chart, ...]:
             "Commands of the controller.",
             tuple(Line(f"joint-{k + 1}", f"joint {k + 1}", FINGERS[k], v) for k, v in torques),
         ),
-    )
-
-
-def balance_charts(result: RunResult) -> tuple[Chart, ...]:
-    """The energy balance."""
-    return (energy_ledger(result),)
-
-
-def _both(key: str, symbol: str, values: Values, dashed: bool = False) -> tuple[Line, ...]:
-    """A quantity of both contacts."""
-    return tuple(
-        Line(f"{key}-{i}", f"{name} {symbol}", FINGERS[i], values[:, i], dashed=dashed)
-        for i, name in enumerate(_NAMES)
     )

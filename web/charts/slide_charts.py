@@ -6,15 +6,13 @@ import numpy as np
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.palette import FINGERS
-from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, energy_ledger, moment_limits
+from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, margin_chart, moment_limits
 
 
 def slide_charts(result: RunResult) -> tuple[Chart, ...]:
     """Distance slid, speed, and friction against its limits."""
     trace = result.trace
     speed = np.linalg.norm(trace.slip_velocity, axis=1)
-    limit = (trace.friction_coefficient * trace.normal_force)[:, 0]
-    force, moment = trace.tangential_size[:, 0], 1e3 * np.abs(trace.torsional_moment[:, 0])
     own, other = FINGERS[0], FINGERS[1]
     return (
         Chart(
@@ -37,29 +35,29 @@ def slide_charts(result: RunResult) -> tuple[Chart, ...]:
             (Line("velocity-0", "speed", own, 1e3 * speed),),
             least=LEAST_LENGTH,
         ),
-        Chart(
-            "forces",
-            "Friction force |f| and its limit μN",
-            "N",
-            "The band between the force and its limit is the margin, which the friction moment "
-            "reduces.",
+        margin_chart(
             (
-                Line("force-0", "|f|", own, force),
-                Line("limit-0", "μN", own, limit, dashed=True),
+                "forces",
+                "Friction force |f| and its limit μN",
+                "N",
+                "The band between the force and its limit is the margin, which the friction moment "
+                "reduces.",
             ),
-            (("limit-0", "force-0"),),
+            ("",),
+            ("force", "|f|", trace.tangential_size),
+            ("limit", "μN", trace.friction_coefficient * trace.normal_force),
         ),
-        Chart(
-            "moments",
-            "Friction moment |M| and its limit at the current friction force",
-            "mN m",
-            "Friction force and moment share one limit, the ellipsoid limit surface of the "
-            "contact; a contact without a radius has no friction moment.",
+        margin_chart(
             (
-                Line("moment-0", "|M|", own, moment),
-                Line("most-0", "limit", own, 1e3 * moment_limits(result)[:, 0], dashed=True),
+                "moments",
+                "Friction moment |M| and its limit at the current friction force",
+                "mN m",
+                "Friction force and moment share one limit, the ellipsoid limit surface of the "
+                "contact; a contact without a radius has no friction moment.",
             ),
-            (("most-0", "moment-0"),),
+            ("",),
+            ("moment", "|M|", 1e3 * np.abs(trace.torsional_moment)),
+            ("most", "limit", 1e3 * moment_limits(result)),
         ),
     )
 
@@ -95,8 +93,3 @@ def motion_charts(result: RunResult) -> tuple[Chart, ...]:
             (Line("turn-rate", "ω", FINGERS[2], velocity[:, 2]),),
         ),
     )
-
-
-def balance_charts(result: RunResult) -> tuple[Chart, ...]:
-    """The energy balance."""
-    return (energy_ledger(result),)

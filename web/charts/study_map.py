@@ -19,7 +19,6 @@ from slipgrasp.figures.map_data import (
     map_axis,
     panels_of,
 )
-from slipgrasp.figures.map_labels import same_quantity
 from slipgrasp.recordings.study.categories import (
     CATEGORIES,
     HELD,
@@ -30,9 +29,8 @@ from slipgrasp.recordings.study.map_axes import choose_axes, numeric_keys
 from slipgrasp.recordings.study.results import StudyResults
 from slipgrasp.web.model.intents.study import OpenStudyRun
 from slipgrasp.web.model.parameter_names import ParameterNames, names_of
-from slipgrasp.web.model.study_map import SIZE, MapAxisPicture, MapPanelPicture, MapPicture, Swatch
+from slipgrasp.web.model.study_map import SIZE, MapPanelPicture, MapPicture
 from slipgrasp.web.model.study_words import value_words
-from slipgrasp.web.model.ticks import ticks_of
 from slipgrasp.web.page.markup import click_attribute
 
 MOST_CELLS = 2500
@@ -59,21 +57,14 @@ def draw_map(results: StudyResults) -> MapPicture | None:
     names = names_of(shown.study.base)
     told = _Telling(shown, keys, names)
     counts = np.bincount(categorize(shown), minlength=len(CATEGORIES))
-    ways = [way for way in range(len(CATEGORIES)) if counts[way] or way == HELD]
     crossed = {key for panel in panels for key in panel.values}
     return MapPicture(
         study=shown.study,
-        finished=shown.num_rows,
-        held=int(counts[HELD]),
-        across=_axis_picture(names, x),
-        up=_axis_picture(names, y),
+        across=x,
+        up=y,
+        labels=(names.label(x.key), names.label(y.key)),
         panels=tuple(_panel_picture(told, panel, x, y) for panel in panels),
-        swatches=tuple(
-            Swatch(way, category_words(way, shown.study.base.space), int(counts[way]))
-            for way in ways
-        ),
-        base=_base(x, y),
-        diagonal=_diagonal(x, y),
+        counts={way: int(count) for way, count in enumerate(counts) if count or way == HELD},
         lumped=lumped,
         note=_note(names, [key for key in shown.study.keys if key not in {*keys, *crossed}]),
     )
@@ -95,37 +86,6 @@ def _coarser(axis: MapAxis, step: int) -> MapAxis:
     return replace(axis, edges=np.unique([*axis.edges[::step], axis.edges[-1]]))
 
 
-def _axis_picture(names: ParameterNames, axis: MapAxis) -> MapAxisPicture:
-    borders = () if axis.edges is None else tuple(axis.share(axis.edges).tolist())
-    values = ticks_of(axis.low, axis.high, is_log=axis.is_log)
-    shares = axis.share(np.array(values)).tolist()
-    return MapAxisPicture(
-        key=axis.key,
-        label=names.label(axis.key),
-        low=axis.low,
-        high=axis.high,
-        is_log=axis.is_log,
-        borders=borders,
-        ticks=tuple((share, f"{value:.6g}") for share, value in zip(shares, values, strict=True)),
-    )
-
-
-def _base(x: MapAxis, y: MapAxis) -> tuple[float, float] | None:
-    if x.base is None or y.base is None:
-        return None
-    return float(x.share(np.array(x.base))), float(y.share(np.array(y.base)))
-
-
-def _diagonal(x: MapAxis, y: MapAxis) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """Both ends of the line of equal values, if both axes have equal scales."""
-    low, high = max(x.low, y.low), min(x.high, y.high)
-    if not same_quantity(x.key, y.key) or x.is_log != y.is_log or low >= high:
-        return None
-    ends = np.array([low, high])
-    (x0, x1), (y0, y1) = x.share(ends).tolist(), y.share(ends).tolist()
-    return (x0, y0), (x1, y1)
-
-
 def _note(names: ParameterNames, hidden: list[str]) -> str:
     return f"Not distinguished here: {', '.join(map(names.words, hidden))}." if hidden else ""
 
@@ -141,13 +101,10 @@ class _Telling:
 
     def __init__(self, results: StudyResults, keys: tuple[str, ...], names: ParameterNames) -> None:
         self.names, self._space = names, results.study.base.space
-        count = results.num_rows
-        self._columns = [
-            (names.words(key), names.unit(key), results.values(key, 0, count)) for key in keys
-        ]
-        self._ends = results.numbers("end_time", count)
+        self._columns = [(names.words(key), names.unit(key), results.values(key)) for key in keys]
+        self._ends = results.numbers("end_time")
         paths = [f"slip_path_{finger}" for finger in range(len(results.study.base.fingers))]
-        self._slips = np.array([results.numbers(path, count) for path in paths]).max(axis=0)
+        self._slips = np.array([results.numbers(path) for path in paths]).max(axis=0)
 
     def line(self, index: int, way: int) -> str:
         """The description of a run with a given outcome."""

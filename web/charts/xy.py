@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -14,7 +14,7 @@ from slipgrasp.core.scenario import RAIL, Scenario
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.recordings.palette import FINGERS, MUTED
-from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, eccentricities
+from slipgrasp.web.charts.chart import LEAST_LENGTH, Chart, Line, contact_lines, eccentricities
 from slipgrasp.web.charts.charts import tangential_symbol
 from slipgrasp.web.charts.chosen import choosable, chosen_charts
 
@@ -66,41 +66,44 @@ def xy_charts(result: RunResult) -> tuple[XyChart, ...]:
     return tuple(charts)
 
 
+def _path_chart(chart: Chart, across: tuple[Values, ...], words: str) -> XyChart:
+    """A path in the plane [mm]."""
+    least = LEAST_LENGTH
+    return XyChart(
+        replace(chart, least=least), across, words, is_true_to_scale=True, least_across=least
+    )
+
+
+def _speed_chart(chart: Chart, trace: Trace) -> XyChart:
+    """Speeds against distances slid [mm]."""
+    across = tuple(1e3 * trace.slip_of_contacts.T)
+    words = f"{trace.shape.space.slip_words} [mm]"
+    return XyChart(replace(chart, least=LEAST_LENGTH), across, words, least_across=LEAST_LENGTH)
+
+
 def _slide_path(trace: Trace) -> XyChart:
     """Path of a body on a support."""
     place = 1e3 * trace.slip
-    return XyChart(
-        Chart(
-            "xy-object",
-            "Path of the body, y upwards",
-            "mm",
-            "The path of the centre of the body on the support from its start, seen from above.",
-            (Line("object", "body", FINGERS[0], place[:, 1]),),
-            least=LEAST_LENGTH,
-        ),
-        (place[:, 0],),
-        "x [mm]",
-        is_true_to_scale=True,
-        least_across=LEAST_LENGTH,
+    chart = Chart(
+        "xy-object",
+        "Path of the body, y upwards",
+        "mm",
+        "The path of the centre of the body on the support from its start, seen from above.",
+        (Line("object", "body", FINGERS[0], place[:, 1]),),
     )
+    return _path_chart(chart, (place[:, 0],), "x [mm]")
 
 
 def _slide_speed(trace: Trace) -> XyChart:
     """Sliding speed of a body on a support against the distance slid."""
-    speed = 1e3 * np.linalg.norm(trace.slip_velocity, axis=1)
-    return XyChart(
-        Chart(
-            "xy-slip",
-            "Sliding speed against distance slid",
-            "mm/s",
-            "Under friction alone, the speed falls with the square root of the remaining distance.",
-            (Line("speed", "body", FINGERS[0], speed),),
-            least=LEAST_LENGTH,
-        ),
-        (1e3 * trace.slip_path[:, 0],),
-        f"{trace.shape.space.slip_words} [mm]",
-        least_across=LEAST_LENGTH,
+    chart = Chart(
+        "xy-slip",
+        "Sliding speed against distance slid",
+        "mm/s",
+        "Under friction alone, the speed falls with the square root of the remaining distance.",
+        (Line("speed", "body", FINGERS[0], 1e3 * np.linalg.norm(trace.slip_velocity, axis=1)),),
     )
+    return _speed_chart(chart, trace)
 
 
 def chosen_xy_charts(result: RunResult, names: Sequence[str], across: str) -> tuple[XyChart, ...]:
@@ -133,21 +136,15 @@ def chosen_xy_charts(result: RunResult, names: Sequence[str], across: str) -> tu
 
 def _slip_paths(trace: Trace, names: Sequence[str]) -> XyChart:
     slip = 1e3 * trace.slip.reshape(len(trace), -1, 2)
-    return XyChart(
-        Chart(
-            "xy-path",
-            "Path of each slip on its face, x upwards",
-            "mm",
-            "The path of each fingertip on its face, from the initial contact point: x, towards "
-            "the object's z axis, is vertical, and y is horizontal.",
-            tuple(_fingers(names, slip[:, :, 0])),
-            least=LEAST_LENGTH,
-        ),
-        tuple(slip[:, :, 1].T),
-        "slip y [mm]",
-        is_true_to_scale=True,
-        least_across=LEAST_LENGTH,
+    chart = Chart(
+        "xy-path",
+        "Path of each slip on its face, x upwards",
+        "mm",
+        "The path of each fingertip on its face, from the initial contact point: x, towards "
+        "the object's z axis, is vertical, and y is horizontal.",
+        tuple(contact_lines("finger", names, slip[:, :, 0])),
     )
+    return _path_chart(chart, tuple(slip[:, :, 1].T), "slip y [mm]")
 
 
 def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
@@ -169,7 +166,7 @@ def _friction_shares(trace: Trace, scenario: Scenario) -> XyChart:
             "1",
             "The friction on the object divided by its current limit, in the axes of slip. "
             f"In stick it is inside the {where}. {_BEFORE}",
-            tuple(_fingers(scenario.finger_names, share[:, :, 0])),
+            tuple(contact_lines("finger", scenario.finger_names, share[:, :, 0])),
         ),
         tuple(share[:, :, 1].T),
         "friction along y over μFₙ",
@@ -194,7 +191,7 @@ def _moment_shares(result: RunResult) -> XyChart:
             "1",
             "Each soft fingertip sticks inside its limit surface, here the circle; on it "
             f"the fingertip turns and slides simultaneously. {_BEFORE}",
-            tuple(_fingers(names, upwards)),
+            tuple(contact_lines("finger", names, upwards)),
         ),
         tuple(across.T),
         "tangential force |Fₜ| over μFₙ",
@@ -205,23 +202,18 @@ def _moment_shares(result: RunResult) -> XyChart:
 
 def _speed_over_slip(trace: Trace, names: Sequence[str]) -> XyChart:
     """Phase portrait of every slip."""
-    way, speed, what = trace.slip_of_contacts, trace.slip_velocity, "Slip velocity against slip"
+    speed, what = trace.slip_velocity, "Slip velocity against slip"
     if trace.shape.space.has_paths:
         speed = np.linalg.norm(speed.reshape(len(trace), -1, 2), axis=2)
         what = "Slip speed against travelled distance"
-    return XyChart(
-        Chart(
-            "xy-slip",
-            what,
-            "mm/s",
-            "Each slip leaves the zero line and returns to it when the fingertip sticks.",
-            tuple(_fingers(names, 1e3 * speed)),
-            least=LEAST_LENGTH,
-        ),
-        tuple(1e3 * way.T),
-        f"{trace.shape.space.slip_words} [mm]",
-        least_across=LEAST_LENGTH,
+    chart = Chart(
+        "xy-slip",
+        what,
+        "mm/s",
+        "Each slip leaves the zero line and returns to it when the fingertip sticks.",
+        tuple(contact_lines("finger", names, 1e3 * speed)),
     )
+    return _speed_chart(chart, trace)
 
 
 def _force_in_cone(trace: Trace, names: Sequence[str]) -> XyChart:
@@ -245,7 +237,7 @@ def _force_in_cone(trace: Trace, names: Sequence[str]) -> XyChart:
             "A fingertip sticks while its force is within its cone, whose edges are dashed, and "
             "slips with its force on an edge. Where friction changes, the widest and the narrowest "
             f"cone are drawn. {_BEFORE}",
-            tuple(_fingers(names, tangential)),
+            tuple(contact_lines("finger", names, tangential)),
         ),
         tuple(trace.normal_force.T),
         "normal force Fₙ [N]",
@@ -259,26 +251,15 @@ def _object_path(trace: Trace) -> XyChart:
     up = len(across)
     place = 1e3 * (trace.object_pose - trace.object_pose[0])[:, : up + 1]
     wanted = place + 1e3 * trace.tracking_error[:, : up + 1]
-    return XyChart(
-        Chart(
-            "xy-object",
-            f"Path of the object, {name} upwards",
-            "mm",
-            "The path of the object's centre from its start (solid), and the desired path (dashed)"
-            + (", seen from the front." if up == 2 else "."),
-            (
-                Line("wanted", "desired", MUTED, wanted[:, up], dashed=True),
-                Line("object", "object", FINGERS[0], place[:, up]),
-            ),
-            least=LEAST_LENGTH,
+    chart = Chart(
+        "xy-object",
+        f"Path of the object, {name} upwards",
+        "mm",
+        "The path of the object's centre from its start (solid), and the desired path (dashed)"
+        + (", seen from the front." if up == 2 else "."),
+        (
+            Line("wanted", "desired", MUTED, wanted[:, up], dashed=True),
+            Line("object", "object", FINGERS[0], place[:, up]),
         ),
-        (wanted[:, 0], place[:, 0]),
-        "x [mm]",
-        is_true_to_scale=True,
-        least_across=LEAST_LENGTH,
     )
-
-
-def _fingers(names: Sequence[str], values: Values) -> Iterator[Line]:
-    for i, name in enumerate(names):
-        yield Line(f"finger-{i}", name, FINGERS[i % len(FINGERS)], values[:, i])
+    return _path_chart(chart, (wanted[:, 0], place[:, 0]), "x [mm]")

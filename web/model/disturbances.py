@@ -11,7 +11,7 @@ from slipgrasp.core.scenario import PLANAR, RAIL, Patch, Scenario, Space, Spatia
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.scenario.scenario import AnyPatch, AnyPulse, full_scenario, need_hand
-from slipgrasp.core.scenario.spatial import SpatialPatch
+from slipgrasp.core.scenario.world import SpatialPatch
 
 
 class DisturbanceKind(StrEnum):

@@ -40,11 +40,6 @@ def change_time(play_head: float) -> float:
     return round(play_head, _DECIMALS_OF_TIME)
 
 
-def offered_presets() -> tuple[str, ...]:
-    """Names of the presets: planar, spatial, on a support."""
-    return all_preset_names()
-
-
 @dataclass(frozen=True, slots=True)
 class TimedEdit:
     """A parameter that changes during the run; the value may be out of bounds.
@@ -95,9 +90,9 @@ class Draft:
         Raises:
             ScenarioError: If the preset does not exist.
         """
-        if name not in offered_presets():
+        if name not in all_preset_names():
             # A name from a browser must not be opened as a path.
-            known = ", ".join(offered_presets())
+            known = ", ".join(all_preset_names())
             message = f"there is no preset of that name; presets: {known}"
             raise ScenarioError(
                 [FieldError(field="scenario", value=None, limit=known, message=message)]

@@ -127,14 +127,13 @@ class Editing:
             return replace(self, gesture=replace(self.gesture, moved_at=now))
         return replace(self.begin(present), gesture=Gesture(key, change_time(play_head), now))
 
-    def holds(self, key: str, now: float) -> bool:
-        """Whether the user is moving a control, which the program must not move then."""
-        return self.gesture is not None and self.gesture.goes_on(key, now)
-
     def key_in_hand(self, now: float) -> str:
-        """The key of the moving control, empty if there is none."""
+        """The key of the control that the user is moving, empty if there is none.
+
+        The program must not move it then.
+        """
         gesture = self.gesture
-        return gesture.key if gesture is not None and self.holds(gesture.key, now) else ""
+        return gesture.key if gesture is not None and gesture.goes_on(gesture.key, now) else ""
 
     def apply(self, draft: Draft, value: Value) -> Draft:
         """The draft after a value of the moving control."""

@@ -32,6 +32,7 @@ from slipgrasp.core.words.parameter_words import key_words
 from slipgrasp.web.model.disturbances import disturbance_words, disturbances_of
 from slipgrasp.web.model.draft import Draft
 from slipgrasp.web.model.laws import law_change_words, main_changes
+from slipgrasp.web.model.playback import neighbouring_time
 from slipgrasp.web.model.selection import PATCH, PUSH
 
 PHASE_WORDS = {
@@ -56,23 +57,25 @@ PHASE_HINTS = {
         "The fingertip slides along both tangents of its face, with independent friction",
     ),
 }
-_SUPPORT_HINTS = {
-    ContactPhase.STICK: "The body rests on the support",
-    ContactPhase.SLIP: "The body slides on the support",
+WORDS = {
+    RAIL: {
+        ContactPhase.STICK: "sticks",
+        ContactPhase.SLIP_FORWARD: "slips: forward along the rail",
+        ContactPhase.SLIP_BACKWARD: "slips: back along the rail",
+    }
 }
-_RAIL_HINTS = {
-    ContactPhase.STICK: "The fingertip sticks to the object, or the object to the rail",
-    ContactPhase.SLIP_FORWARD: "It slips; the object moves along the rail",
-    ContactPhase.SLIP_BACKWARD: "It slips; the object moves back along the rail",
-}
-_RAIL_WORDS = {
-    ContactPhase.STICK: "sticks",
-    ContactPhase.SLIP_FORWARD: "slips: forward along the rail",
-    ContactPhase.SLIP_BACKWARD: "slips: back along the rail",
-}
-WORDS = {RAIL: _RAIL_WORDS}
 """Names of phases where fingertips are not the only contacts."""
-HINTS = {SUPPORT: _SUPPORT_HINTS, RAIL: _RAIL_HINTS}
+HINTS = {
+    SUPPORT: {
+        ContactPhase.STICK: "The body rests on the support",
+        ContactPhase.SLIP: "The body slides on the support",
+    },
+    RAIL: {
+        ContactPhase.STICK: "The fingertip sticks to the object, or the object to the rail",
+        ContactPhase.SLIP_FORWARD: "It slips; the object moves along the rail",
+        ContactPhase.SLIP_BACKWARD: "It slips; the object moves back along the rail",
+    },
+}
 """Hints of phases where fingertips are not the only contacts."""
 # Contacts where they are not named after fingers.
 _NAMES: Mapping[Space, tuple[str, ...]] = {SUPPORT: ("body",), RAIL: ("fingertip", "object")}
@@ -141,11 +144,7 @@ def neighbouring_event_time(result: RunResult, time: float, direction: int) -> f
     """
     first = float(result.trace.times[0])
     times = np.unique([first, *(event.time for event in events_of(result))])
-    if direction > 0:
-        place = int(np.searchsorted(times, time, side="right"))
-    else:
-        place = int(np.searchsorted(times, time, side="left")) - 1
-    return float(times[min(max(place, 0), len(times) - 1)])
+    return neighbouring_time(times, time, direction)
 
 
 def next_slip_time(result: RunResult, time: float) -> float | None:

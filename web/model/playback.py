@@ -3,30 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.web.model.pace import Pace, is_even, pace_of
 
 SPEEDS: dict[str, float] = {
-    "1/1000": 1 / 1000,
-    "1/512": 1 / 512,
-    "1/256": 1 / 256,
-    "1/128": 1 / 128,
-    "1/64": 1 / 64,
-    "1/32": 1 / 32,
-    "1/16": 1 / 16,
-    "1/8": 1 / 8,
-    "1/4": 1 / 4,
-    "1/2": 1 / 2,
-    "1": 1.0,
-    "2": 2.0,
-    "4": 4.0,
+    **{f"1/{parts}": 1 / parts for parts in (1000, 512, 256, 128, 64, 32, 16, 8, 4, 2)},
+    **{f"{times}": float(times) for times in (1, 2, 4)},
 }
 
 PACED = "slips slow"
@@ -182,10 +172,10 @@ def slip_window(result: RunResult) -> TimeWindow:
     return TimeWindow(start, whole.clamp(first + _round_up(length)))
 
 
-def speed_for(window: TimeWindow, speeds: Sequence[float] = tuple(SPEEDS.values())) -> float:
+def speed_for(window: TimeWindow) -> float:
     """The available speed at which a window takes about six seconds."""
     wanted = max(window.length, 1e-9) / SECONDS_PER_PASS
-    return min(speeds, key=lambda speed: abs(math.log(speed / wanted)))
+    return min(SPEEDS.values(), key=lambda speed: abs(math.log(speed / wanted)))
 
 
 def marked_window(result: RunResult, start: float, end: float) -> TimeWindow:
@@ -209,14 +199,11 @@ def neighbouring_speed(speed: float, direction: int) -> float:
     return speeds[min(max(place, 0), len(speeds) - 1)]
 
 
-def neighbouring_time(result: RunResult, time: float, direction: int) -> float:
-    """The time of the next (1) or the previous (-1) stored row [s]."""
-    times = result.trace.times
-    if direction > 0:
-        row = int(np.searchsorted(times, time, side="right"))
-    else:
-        row = int(np.searchsorted(times, time, side="left")) - 1
-    return float(times[min(max(row, 0), len(times) - 1)])
+def neighbouring_time(times: NDArray[np.float64], time: float, direction: int) -> float:
+    """The next (1) or the previous (-1) of sorted times, at most the last or the first [s]."""
+    side: Literal["left", "right"] = "right" if direction > 0 else "left"
+    place = int(np.searchsorted(times, time, side=side)) - (direction < 0)
+    return float(times[min(max(place, 0), len(times) - 1)])
 
 
 def _round_up(time: float) -> float:

@@ -10,53 +10,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slipgrasp.core.trace.trace import Trace
-from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.scene import rotations
+from slipgrasp.scene.states import States, states_of
 
 Values = NDArray[np.float64]
 
 _POINTS_OF_A_PATH = 160
+# Signals that are interpolated; the others that are drawn are constant between rows.
+_MOVING = (
+    "times",
+    "object_pose",
+    "tracking_error",
+    "slip",
+    "slip_velocity",
+    "tangential_force",
+    "normal_force",
+    "joint_position",
+    "estimates",
+    "spin",
+    "torsional_moment",
+)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Sample:
-    """The state of hand, object and contacts at one time, SI units.
+    """An instant of a run.
 
     Attributes:
-        time: Simulation time [s].
-        object_pose: Pose x, y, theta [m, m, rad]; for a spatial hand, position and unit quaternion
-            (w, x, y, z).
-        desired_pose: Desired pose in the same form.
+        states: Hand, object and contacts, a single state.
         external_wrench: Force and moment of pushes on the object, world axes [N, N m].
-        slip: Displacement of each fingertip along its tangents, ``(contacts, tangents)`` [m].
         trails: Path of each fingertip in slips, ``(points, tangents)`` each [m]: for a spatial hand
             in order; for a planar one its ends and, between them, the initial contact point.
-        slip_velocity: First derivative of the slip [m/s].
-        phases: Phase of each contact.
-        tangential_force: Tangential force of each fingertip on the object [N].
-        normal_force: F_n of each fingertip on the object [N].
-        friction: True friction coefficient of each contact.
-        joint_positions: Joint angles, shape ``(fingers, joints)`` [rad]; positions of slides [m].
         estimates: Estimates of the unknown parameters.
-        spin: Rotation angle of each fingertip on its face [rad]; none for hard ones.
-        torsional_moment: Moment of each fingertip on the object [N m].
     """
 
-    time: float
-    object_pose: Values
-    desired_pose: Values
+    states: States
     external_wrench: Values
-    slip: Values
     trails: tuple[Values, ...]
-    slip_velocity: Values
-    phases: tuple[ContactPhase, ...]
-    tangential_force: Values
-    normal_force: Values
-    friction: Values
-    joint_positions: Values
     estimates: Values
-    spin: Values
-    torsional_moment: Values
+
+    @property
+    def time(self) -> float:
+        """Simulation time [s]."""
+        return self.states.times[0]
 
 
 class Spot(NamedTuple):
@@ -72,9 +67,14 @@ class Spot(NamedTuple):
         Args:
             values: One value per row, of any shape.
         """
+        return self.read_row(values)[0]
+
+    def read_row(self, values: Values) -> Values:
+        """The same as an array with one row."""
+        row = values[self.row : self.row + 1]
         if self.weight == 0.0:
-            return values[self.row]
-        return values[self.row] + self.weight * (values[self.following] - values[self.row])
+            return row
+        return row + self.weight * (values[self.following : self.following + 1] - row)
 
 
 def locate(times: Values, time: float) -> Spot:
@@ -122,28 +122,15 @@ class Sampler:
     def read(self, spot: Spot) -> Sample:
         """The state at a position between two rows of the trace."""
         trace = self._trace
-        slip, shape = spot.read(self._slip), trace.shape
-        pose, error = spot.read(trace.object_pose), spot.read(trace.tracking_error)
-        if len(pose) > len(error):
-            pose[3:] /= np.linalg.norm(pose[3:])
+        between = {name: spot.read_row(getattr(trace, name)) for name in _MOVING}
+        now = replace(trace[spot.row : spot.row + 1], **between)
+        states = states_of(now)
+        slips = zip(self._trails, states.slip[0], strict=True)
         return Sample(
-            time=spot.read(trace.times),
-            object_pose=pose,
-            desired_pose=_desired(pose, error),
-            external_wrench=trace.external_wrench[spot.row],
-            slip=slip,
-            trails=tuple(each.at(spot.row, slip[i]) for i, each in enumerate(self._trails)),
-            slip_velocity=spot.read(trace.slip_velocity).reshape(slip.shape),
-            phases=tuple(ContactPhase(int(phase)) for phase in trace.phase[spot.row]),
-            tangential_force=spot.read(trace.tangential_force).reshape(slip.shape),
-            normal_force=spot.read(trace.normal_force),
-            friction=trace.friction_coefficient[spot.row],
-            joint_positions=spot.read(trace.joint_position).reshape(
-                shape.num_jointed, shape.joints_per_finger
-            ),
-            estimates=spot.read(trace.estimates),
-            spin=spot.read(trace.spin),
-            torsional_moment=spot.read(trace.torsional_moment),
+            states=states,
+            external_wrench=now.external_wrench[0],
+            trails=tuple(trail.at(spot.row, slip) for trail, slip in slips),
+            estimates=now.estimates[0],
         )
 
 
@@ -180,11 +167,3 @@ def pushed(sample: Sample, force: Sequence[float]) -> Sample:
     wrench = np.zeros_like(sample.external_wrench)
     wrench[: len(force)] = force
     return replace(sample, external_wrench=wrench)
-
-
-def _desired(pose: Values, error: Values) -> Values:
-    """The desired pose; the error of a spatial attitude is a rotation vector in world axes."""
-    if len(pose) == len(error):
-        return pose + error
-    turned = rotations.product(rotations.from_vectors(error[3:]), pose[3:])
-    return np.concatenate([pose[:3] + error[:3], turned])

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from slipgrasp.core.scenario import RAIL
-from slipgrasp.core.scenario.custom_laws import LAW_PARAMETERS
 from slipgrasp.web.model.draft import Draft
 
 OBJECT, LAW_PART = "object", "controller"
@@ -55,11 +54,6 @@ def parts_of(draft: Draft) -> Iterator[tuple[str, str]]:
         noun = "push" if each.place == PUSH else "wet patch"
         yield f"{each.place}.{counts[each.place]}", f"{noun} {each.time:.4g} s"
         counts[each.place] += 1
-
-
-def is_of_part(key: str, part: str) -> bool:
-    """True if a parameter belongs to a part."""
-    return key.startswith(f"{part}.") and not key.startswith(f"{LAW_PARAMETERS}.")
 
 
 def matches(search: str, *texts: str) -> bool:

@@ -13,12 +13,16 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.chosen_laws import kinds_in
 from slipgrasp.core.scenario.custom_laws import LAW
 from slipgrasp.core.scenario.field_errors import template_key, template_keys
-from slipgrasp.core.scenario.loading import load_scenario, parameter_definitions, with_values
+from slipgrasp.core.scenario.loading import (
+    all_preset_names,
+    load_scenario,
+    parameter_definitions,
+    with_values,
+)
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.core.study.definition import Study, expand_key
 from slipgrasp.core.study.loading import study_from_mapping
 from slipgrasp.core.words.parameter_words import key_words
-from slipgrasp.web.model.draft import offered_presets
 from slipgrasp.web.model.parameter_groups import kind_key
 from slipgrasp.web.model.parameter_names import ParameterNames, names_of
 from slipgrasp.web.model.slider_range import slider_range
@@ -241,7 +245,7 @@ def study_of(draft: StudyDraft, scenario: Scenario, origin: str) -> Study:
     first, second = draft.axes
     if first.key == second.key:
         raise _twice(names.words(first.key))
-    is_preset = origin in offered_presets() and load_scenario(origin) == scenario
+    is_preset = origin in all_preset_names() and load_scenario(origin) == scenario
     vary: dict[str, Any] = {axis.key: _range(axis) for axis in draft.axes}
     if draft.compares:
         key, values = COMPARISONS[draft.comparison]

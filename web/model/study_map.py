@@ -5,11 +5,14 @@ Positions are fractions from 0 at the start of an axis to 1 at its end.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from slipgrasp.core.study.definition import Study
+from slipgrasp.figures.map_data import MapAxis
+from slipgrasp.recordings.study.categories import HELD
 
 SIZE = 1000
 """Width and height of a map, in the unit of its SVG."""
@@ -22,56 +25,6 @@ class Box(NamedTuple):
     right: float
     low: float
     high: float
-
-
-@dataclass(frozen=True, slots=True)
-class Swatch:
-    """A category of outcomes.
-
-    Attributes:
-        way: Its index in `slipgrasp.recordings.study.categories.CATEGORIES`.
-        words: Name.
-        count: Number of its runs.
-    """
-
-    way: int
-    words: str
-    count: int
-
-
-@dataclass(frozen=True, slots=True)
-class MapAxisPicture:
-    """One of the two axes.
-
-    Attributes:
-        key: The varied key.
-        label: Label with unit.
-        low: Lower limit, in the unit of the parameter.
-        high: Upper limit.
-        is_log: Whether the scale is logarithmic.
-        borders: Boundaries of the cells as fractions; empty for points.
-        ticks: Positions and labels of ticks.
-    """
-
-    key: str
-    label: str
-    low: float
-    high: float
-    is_log: bool
-    borders: tuple[float, ...]
-    ticks: tuple[tuple[float, str], ...]
-
-    def share(self, value: float) -> float:
-        """The position of a value."""
-        low, high = self.low, self.high
-        if self.is_log:
-            low, high, value = math.log(low), math.log(high), math.log(value)
-        return (value - low) / (high - low)
-
-    def cell(self, share: float) -> tuple[float, float]:
-        """Both boundaries of the cell at a position; the position itself for points."""
-        inside = zip(self.borders, self.borders[1:], strict=False)
-        return next((pair for pair in inside if pair[0] <= share < pair[1]), (share, share))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,29 +52,34 @@ class MapPicture:
 
     Attributes:
         study: The study.
-        finished: Number of finished runs.
-        held: Number of runs that held the object.
         across: The horizontal axis.
         up: The vertical axis.
+        labels: Labels of both, with units.
         panels: One per compared setting.
-        swatches: Categories of outcomes, held first.
-        base: Position of the base; None if it is outside the map.
-        diagonal: Both ends of the line of equal values; None if it is meaningless.
+        counts: Number of runs by shown category, an index in
+            `slipgrasp.recordings.study.categories.CATEGORIES`; `HELD` is always shown.
         lumped: Number of runs along each side of a cell.
         note: Varied parameters that are not distinguished; may be empty.
     """
 
     study: Study
-    finished: int
-    held: int
-    across: MapAxisPicture
-    up: MapAxisPicture
+    across: MapAxis
+    up: MapAxis
+    labels: tuple[str, str]
     panels: tuple[MapPanelPicture, ...]
-    swatches: tuple[Swatch, ...]
-    base: tuple[float, float] | None
-    diagonal: tuple[tuple[float, float], tuple[float, float]] | None
+    counts: dict[int, int]
     lumped: int
     note: str
+
+    @property
+    def finished(self) -> int:
+        """Number of finished runs."""
+        return sum(self.counts.values())
+
+    @property
+    def held(self) -> int:
+        """Number of runs that held the object."""
+        return self.counts[HELD]
 
 
 def locate(picture: MapPicture, index: int) -> tuple[int, Box] | None:
@@ -140,6 +98,15 @@ def locate(picture: MapPicture, index: int) -> tuple[int, Box] | None:
     panel = next(matching, None)
     if panel is None:
         return None
-    left, right = picture.across.cell(picture.across.share(x))
-    low, high = picture.up.cell(picture.up.share(y))
-    return panel, Box(left, right, low, high)
+    return panel, Box(*_cell(picture.across, x), *_cell(picture.up, y))
+
+
+def _cell(axis: MapAxis, value: float) -> tuple[float, float]:
+    """Both ends of the cell of a value; its position for points."""
+    if axis.edges is None:
+        share = float(axis.share(np.array(value)))
+        return share, share
+    place = int(np.searchsorted(axis.edges, value, side="right"))
+    place = min(max(place, 1), len(axis.edges) - 1)
+    low, high = axis.share(axis.edges[place - 1 : place + 1]).tolist()
+    return low, high

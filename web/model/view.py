@@ -16,7 +16,7 @@ from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.measured import Distances
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.charts_view import ChartsView
-from slipgrasp.web.model.draft import Draft, error_words
+from slipgrasp.web.model.draft import Draft, change_time, error_words
 from slipgrasp.web.model.editing import Editing
 from slipgrasp.web.model.export import Exporting
 from slipgrasp.web.model.fit import FitView
@@ -274,6 +274,11 @@ class ViewState:
         return stop if stop is not None and self.draft.origin == stop.preset else None
 
     @property
+    def moment(self) -> float:
+        """The time of a change at the play head [s]."""
+        return change_time(self.playback.time) if self.playback else 0.0
+
+    @property
     def offers_premises(self) -> bool:
         """Whether the assumptions of the theorems can be requested for the run on the screen."""
         if self.shown is None or not has_premises(self.shown.result.scenario):
@@ -356,8 +361,3 @@ def show_replay(view: ViewState, recording: Replay) -> ViewState:
     view = replace(view, ticket=ticket, draft=draft, editing=editing, replay=recording, ghost=None)
     shown = Shown(ticket, recording.result, 0.0, recording)
     return show(view, shown, RunStage.REPLAY, afresh=afresh)
-
-
-def with_status(view: ViewState, status: RunStatus) -> ViewState:
-    """Shows the status of the latest request."""
-    return replace(view, status=status)

@@ -15,120 +15,41 @@ from typing import Annotated, Any, Literal, get_type_hints
 from pydantic import BaseModel, ConfigDict, Field, RootModel, create_model
 
 from slipgrasp.server.tokens import Right
-from slipgrasp.web.model.intents.compare import EndComparison, SwapRuns
-from slipgrasp.web.model.intents.heavier import AskHowHeavy
+from slipgrasp.web.model.intents import (
+    compare,
+    heavier,
+    picture,
+    playback,
+    premises,
+    recordings,
+    scenario,
+    selection,
+    study,
+    tour,
+)
 from slipgrasp.web.model.intents.intent import Intent
-from slipgrasp.web.model.intents.picture import (
-    DrawAgainst,
-    FrameHand,
-    LayOutCharts,
-    MeasurePage,
-    PlaceMark,
-    RestoreLayout,
-    SeeCharts,
-    ToggleLecture,
-    ToggleLine,
-    ToggleMark,
-    ToggleSignal,
-)
-from slipgrasp.web.model.intents.playback import (
-    ChangeSpeed,
-    ChooseWindow,
-    GoToEdge,
-    GoToNextSlip,
-    JumpToEvent,
-    Seek,
-    SetSpeed,
-    ShowWindow,
-    Step,
-    TogglePlay,
-    Zoom,
-)
-from slipgrasp.web.model.intents.premises import FindPremises
-from slipgrasp.web.model.intents.recordings import (
-    ChooseRecording,
-    ListRecordings,
-    OpenLink,
-    OpenRecording,
-)
-from slipgrasp.web.model.intents.scenario import (
-    AddDisturbance,
-    ChooseLaw,
-    Redo,
-    RemoveChange,
-    RemoveChanges,
-    RemoveDisturbance,
-    TryOut,
-    Undo,
-)
-from slipgrasp.web.model.intents.selection import (
-    FindParameters,
-    Select,
-    ToggleAllParameters,
-)
-from slipgrasp.web.model.intents.study import OpenStudyRun, SeeStudyDraft
-from slipgrasp.web.model.intents.tour import ToggleTour, VisitStop
 
 MAX_GESTURES = 20
 
-_LOOKING: tuple[type[Intent], ...] = (
-    TogglePlay,
-    Seek,
-    Step,
-    JumpToEvent,
-    GoToNextSlip,
-    GoToEdge,
-    SetSpeed,
-    ChangeSpeed,
-    ChooseWindow,
-    ShowWindow,
-    Zoom,
-    FrameHand,
-    RestoreLayout,
-    MeasurePage,
-    OpenLink,
-    ToggleLine,
-    ToggleSignal,
-    DrawAgainst,
-    PlaceMark,
-    ToggleMark,
-    ToggleLecture,
-    LayOutCharts,
-    SeeCharts,
-    ListRecordings,
-    ChooseRecording,
-    OpenRecording,
-    SwapRuns,
-    EndComparison,
-    FindPremises,
-    Select,
-    FindParameters,
-    ToggleAllParameters,
-)
-_WORKING: tuple[type[Intent], ...] = (
-    Undo,
-    Redo,
-    RemoveChange,
-    RemoveChanges,
-    AddDisturbance,
-    RemoveDisturbance,
-    TryOut,
-    ChooseLaw,
-    ToggleTour,
-    VisitStop,
-    AskHowHeavy,
-    OpenStudyRun,
-    SeeStudyDraft,
+_MODULES = (
+    compare,
+    heavier,
+    picture,
+    playback,
+    premises,
+    recordings,
+    scenario,
+    selection,
+    study,
+    tour,
 )
 RIGHTS: dict[type[Intent], Right] = {
-    **dict.fromkeys(_LOOKING, Right.READ),
-    **dict.fromkeys(_WORKING, Right.EVERYTHING),
+    intent: intent.right
+    for module in _MODULES
+    for intent in vars(module).values()
+    if isinstance(intent, type) and issubclass(intent, Intent) and intent.right > Right.NOTHING
 }
-"""The only intents that a page may post, each with the right that it requires.
-
-Intents that change a scenario or a study, or start a simulation, require the full token; those
-that only show something require the read-only token.
-"""
+"""The only intents that a page may post, each with the right that it requires."""
 
 
 def _kind_of(intent: type[Intent]) -> str:
@@ -161,15 +82,12 @@ def _gesture_model(made: type[Any], **kind: Any) -> type[_Gesture]:
     return create_model(made.__name__, __base__=_Gesture, **kind, **allowed)
 
 
-def _built(made: type[Any], gesture: _Gesture) -> Any:
-    """The dataclass of validated fields."""
-    values = {name: (hint, getattr(gesture, name)) for name, hint in get_type_hints(made).items()}
-    return made(
-        **{
-            name: _built(hint, value) if isinstance(value, _Gesture) else value
-            for name, (hint, value) in values.items()
-        }
-    )
+def _built(made: type[Any], value: Any) -> Any:
+    """The dataclass of validated fields; other values as they are."""
+    if not isinstance(value, _Gesture):
+        return value
+    hints = get_type_hints(made)
+    return made(**{name: _built(hint, getattr(value, name)) for name, hint in hints.items()})
 
 
 _MODELS = {

@@ -13,6 +13,29 @@ from slipgrasp.web.model.view import ViewState
 from slipgrasp.web.page.keys import keys_of
 
 _FORCE_STEP = 0.5
+_OPTIONS = (
+    ("dark", "dark", "Dark page and dark scene, for dim light."),
+    ("force_scale", "force scale", "Scale of the arrows of the contact forces."),
+    (
+        "cones",
+        "friction cones",
+        "Draw the friction cone, which contains the force while a fingertip sticks, "
+        "and dashed its estimate.",
+    ),
+    ("lenses", "close-ups", "Show every contact magnified above the hand."),
+    (
+        "whole_hand",
+        "whole hand",
+        "Include the fingers with their mounts in the view, not only the object.",
+    ),
+    (
+        "lecture",
+        "lecture",
+        "Show only the view, the timeline, the outcome and one chart, in large type "
+        f"(key {keys_of(ToggleLecture())}). The other keys still work.",
+    ),
+)
+"""Field of `Appearance`, label and hint of each option."""
 
 
 class AppearancePanel:
@@ -26,77 +49,33 @@ class AppearancePanel:
 
     def __init__(self, gui: viser.GuiApi, appearance: Appearance, send: Send) -> None:
         self._send = send
-        self._folder = gui.add_folder("Picture", expand_by_default=False)
-        with self._folder:
-            self.dark = gui.add_checkbox(
-                "dark", appearance.dark, hint="Dark page and dark scene, for dim light."
-            )
-            self.force_scale = gui.add_slider(
-                "force scale",
-                LEAST_FORCE_SCALE,
-                LARGEST_FORCE_SCALE,
-                _FORCE_STEP,
-                appearance.force_scale,
-                hint="Scale of the arrows of the contact forces.",
-            )
-            self.cones = gui.add_checkbox(
-                "friction cones",
-                appearance.cones,
-                hint="Draw the friction cone, which contains the force while a fingertip sticks, "
-                "and dashed its estimate.",
-            )
-            self.lenses = gui.add_checkbox(
-                "close-ups", appearance.lenses, hint="Show every contact magnified above the hand."
-            )
-            self.whole_hand = gui.add_checkbox(
-                "whole hand",
-                appearance.whole_hand,
-                hint="Include the fingers with their mounts in the view, not only the object.",
-            )
-            self.lecture = gui.add_checkbox(
-                "lecture",
-                appearance.lecture,
-                hint="Show only the view, the timeline, the outcome and one chart, in large type "
-                f"(key {keys_of(ToggleLecture())}). The other keys still work.",
-            )
-        self._command = gui.add_command("Light or dark page", icon=viser.Icon.MOON)
-        self._command.on_trigger(lambda _: send(ToggleDark()))
-        for widget in (
-            self.dark,
-            self.force_scale,
-            self.cones,
-            self.lenses,
-            self.whole_hand,
-            self.lecture,
-        ):
+        self.inputs: dict[str, Any] = {}
+        with gui.add_folder("Picture", expand_by_default=False):
+            for field, label, hint in _OPTIONS:
+                self.inputs[field] = _add_input(gui, label, getattr(appearance, field), hint)
+        command = gui.add_command("Light or dark page", icon=viser.Icon.MOON)
+        command.on_trigger(lambda _: send(ToggleDark()))
+        for widget in self.inputs.values():
             widget.on_update(self._pass_on)
 
     def update(self, view: ViewState) -> None:
         """Shows the current options."""
-        appearance = view.appearance
-        self.dark.value = appearance.dark
-        self.force_scale.value = appearance.force_scale
-        self.cones.value, self.lenses.value = appearance.cones, appearance.lenses
-        self.whole_hand.value, self.lecture.value = appearance.whole_hand, appearance.lecture
-
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._folder.remove()
-        self._command.remove()
+        for field, widget in self.inputs.items():
+            widget.value = getattr(view.appearance, field)
 
     # In the viewer server's event loop, which preserves the order of events.
     async def _pass_on(self, event: viser.GuiEvent[Any]) -> None:
         """Sends changes by the user; changes by the program are ignored."""
         if event.client_id is not None:
-            self._send(
-                SetAppearance(
-                    Appearance(
-                        dark=bool(self.dark.value),
-                        force_scale=float(self.force_scale.value),
-                        cones=bool(self.cones.value),
-                        lenses=bool(self.lenses.value),
-                        whole_hand=bool(self.whole_hand.value),
-                        lecture=bool(self.lecture.value),
-                    )
-                )
-            )
+            chosen = {field: widget.value for field, widget in self.inputs.items()}
+            force_scale = float(chosen.pop("force_scale"))
+            switches = {field: bool(value) for field, value in chosen.items()}
+            self._send(SetAppearance(Appearance(force_scale=force_scale, **switches)))
+
+
+def _add_input(gui: viser.GuiApi, label: str, value: bool | float, hint: str) -> Any:
+    if isinstance(value, bool):
+        return gui.add_checkbox(label, value, hint=hint)
+    return gui.add_slider(
+        label, LEAST_FORCE_SCALE, LARGEST_FORCE_SCALE, _FORCE_STEP, value, hint=hint
+    )

@@ -139,10 +139,6 @@ class ChartsPanel:
         for tab in self._tabs.values():
             tab.resize(height)
 
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._group.remove()
-
     def _take_runs(self, shown: Shown, ghost: Ghost | None, charts_view: ChartsView) -> ChartedRun:
         """The charts of the run; those of another run are drawn later."""
         choice = (charts_view.chosen, charts_view.across)

@@ -102,11 +102,6 @@ class ComparePanel:
         self._show_choices(view)
         self.findings.content = compare_html(view)
 
-    def remove(self) -> None:
-        """Removes all widgets."""
-        for element in (self.a, self.b, self.findings):
-            element.remove()
-
     def _show_choices(self, view: ViewState) -> None:
         on_screen = view.shown.replay if view.shown else None
         pale = view.ghost.shown.replay if view.ghost else None

@@ -18,7 +18,7 @@ from slipgrasp.core.scenario.loading import parameter_definitions
 from slipgrasp.core.scenario.parameters import Parameter
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.disturbances import is_of_disturbance
-from slipgrasp.web.model.draft import Draft, change_time, error_words
+from slipgrasp.web.model.draft import Draft, error_words
 from slipgrasp.web.model.editing import Editing, LawNote
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.scenario import Undo
@@ -113,7 +113,7 @@ class ControlsPanel:
     def _select(self, view: ViewState) -> None:
         """Shows the folders of the selection, and the controls that are found."""
         selection, parts = view.selection, tuple(parts_of(view.draft))
-        moment = change_time(view.playback.time) if view.playback else 0.0
+        moment = view.moment
         kinds = {key: str(view.draft.value_at(moment, key)) for key in self._kind_keys}
         selected = (selection, parts, kinds)
         if selected == self._selected:
@@ -157,12 +157,6 @@ class ControlsPanel:
     def errors(self) -> tuple[str, ...]:
         """HTML below wrong fields."""
         return tuple(line.content for line in self._errors)
-
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._clear()
-        self._parts.remove()
-        self._search_box.remove()
 
     def _clear(self) -> None:
         self._tell_law(None)
@@ -238,7 +232,7 @@ class ControlsPanel:
 
         The control that the user is moving is not changed.
         """
-        moment = change_time(view.playback.time) if view.playback else 0.0
+        moment = view.moment
         in_hand = view.editing.key_in_hand(time.monotonic())
         wanted = (draft, draft.num_changes_until(moment))
         if wanted == self._shown and in_hand == self._in_hand:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from html import escape
 
 import viser
@@ -56,23 +58,18 @@ class ExportPanel:
     """
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
-        self._folder = gui.add_folder("Export", expand_by_default=False)
-        with self._folder:
-            self._buttons = []
+        with gui.add_folder("Export", expand_by_default=False):
+            self._gui, self._send = gui, send
+            self._buttons: list[viser.GuiButtonHandle] = []
             for label, icon, hint, intent in _BUTTONS:
-                button = gui.add_button(label, icon=icon, hint=hint, disabled=True)
-                button.on_click(lambda _, intent=intent: send(intent()))
-                self._buttons.append(button)
+                self._add_button(label, icon, hint, intent)
             for form in STILL_FORMATS:
-                button = gui.add_button(
-                    f"Still ({form.title})",
-                    icon=viser.Icon.PHOTO_STAR,
-                    hint=f"Draws the instant at the play head as {form.contents}, with the width "
-                    "and height below.",
-                    disabled=True,
+                hint = (
+                    f"Draws the instant at the play head as {form.contents}, with the width "
+                    "and height below."
                 )
-                button.on_click(lambda _, name=form.name: send(self._still(name)))
-                self._buttons.append(button)
+                still = partial(self._still, form.name)
+                self._add_button(f"Still ({form.title})", viser.Icon.PHOTO_STAR, hint, still)
             self._sides = [
                 gui.add_number(
                     f"still {side} [px]",
@@ -85,16 +82,8 @@ class ExportPanel:
                 for side, usual in (("width", AT_THE_END.width), ("height", AT_THE_END.height))
             ]
             for form in (each for each in MOVING_FORMATS if each.is_installed):
-                button = gui.add_button(
-                    f"Clip ({form.title})",
-                    icon=viser.Icon.MOVIE,
-                    hint=f"{_CLIP}{form.contents}.",
-                    disabled=True,
-                )
-                button.on_click(
-                    lambda _, name=form.name: send(ExportClip(name, int(self._height.value)))
-                )
-                self._buttons.append(button)
+                hint, clip = f"{_CLIP}{form.contents}.", partial(self._clip, form.name)
+                self._add_button(f"Clip ({form.title})", viser.Icon.MOVIE, hint, clip)
             self._height = gui.add_dropdown(
                 "clip height [px]",
                 _HEIGHTS,
@@ -109,6 +98,16 @@ class ExportPanel:
             self._words = gui.add_html("")
             self._picture = gui.add_html(picture_html(Exporting()))
         self._drawn: tuple[bool, str, Exporting] | None = None
+
+    def _add_button(
+        self, label: str, icon: viser.IconName, hint: str, intent: Callable[[], Intent]
+    ) -> None:
+        button = self._gui.add_button(label, icon=icon, hint=hint, disabled=True)
+        button.on_click(lambda _: self._send(intent()))
+        self._buttons.append(button)
+
+    def _clip(self, name: str) -> ExportClip:
+        return ExportClip(name, int(self._height.value))
 
     def _still(self, name: str) -> ExportStill:
         width, height = (int(side.value) for side in self._sides)
@@ -128,10 +127,6 @@ class ExportPanel:
         self._bar.value = 100.0 * exporting.share
         self._words.content = export_html(exporting, run_id)
         self._picture.content = picture_html(exporting)
-
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._folder.remove()
 
 
 def export_html(exporting: Exporting, run_id: str) -> str:

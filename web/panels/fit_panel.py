@@ -47,7 +47,7 @@ class FitPanel:
         self._fits: dict[str, str] = {}
         self._opened = ""
         self._drawn: tuple[object, ...] = ()
-        self._intro = gui.add_html(_INTRO)
+        gui.add_html(_INTRO)
         self._add_inputs()
         self.summary = gui.add_html("")
         self.cancel = gui.add_button("Cancel the fit", icon=viser.Icon.X, color="gray")
@@ -106,13 +106,6 @@ class FitPanel:
         if view.ghost.run is None and opened is not None:
             self._opened, self.data.value = replay.run_id, opened
 
-    def remove(self) -> None:
-        """Removes all widgets."""
-        inputs = (self.data, self.free, self.signals, self.starts, self.fit)
-        for element in (self._intro, *inputs, self.summary, self.cancel, self.known):
-            element.remove()
-        self.profiles.remove()
-
     async def _start(self, _: object) -> None:
         recording = self._recordings.get(self.data.value, "")
         starts = int(self.starts.value)
@@ -163,10 +156,6 @@ class _Profiles:
             legend=uplot.Legend(show=False),
             height=_HEIGHT,
         )
-
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._folder.remove()
 
 
 def columns_of(profile: ShownProfile) -> tuple[np.ndarray, ...]:

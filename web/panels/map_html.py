@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from html import escape
-from itertools import chain
+
+import numpy as np
 
 from slipgrasp.core.trace.types import Outcome
+from slipgrasp.figures.map_data import MapAxis
+from slipgrasp.figures.map_labels import same_quantity
 from slipgrasp.recordings.palette import HELD as HELD_COLOUR
 from slipgrasp.recordings.palette import MARK, OUTCOMES
 from slipgrasp.recordings.study.categories import CATEGORIES, HELD, category_words
 from slipgrasp.web.model.colours import css
-from slipgrasp.web.model.study_map import (
-    SIZE,
-    Box,
-    MapAxisPicture,
-    MapPanelPicture,
-    MapPicture,
-    Swatch,
-    locate,
-)
+from slipgrasp.web.model.study_map import SIZE, Box, MapPanelPicture, MapPicture, locate
 from slipgrasp.web.model.study_words import share_words
+from slipgrasp.web.model.ticks import ticks_of
 
 _HATCH = 26
 
@@ -68,14 +64,14 @@ def map_html(picture: MapPicture, ringed: int | None) -> str:
 
 def _notes(picture: MapPicture) -> list[str]:
     notes = ["Click a cell to open its run, or hover over it to read its values."]
-    if not picture.across.borders or not picture.up.borders:
+    if picture.across.edges is None or picture.up.edges is None:
         notes = ["Click a point to open its run, or hover over it to read its values."]
     if picture.lumped > 1:
         notes.append(
             f"A cell represents {picture.lumped} × {picture.lumped} runs and shows their most "
             "frequent outcome."
         )
-    if picture.base is not None:
+    if _base(picture):
         notes.append("The white dot marks the base scenario.")
     return [*notes, escape(picture.note)] if picture.note else notes
 
@@ -90,48 +86,57 @@ def _panel_html(picture: MapPicture, panel: MapPanelPicture, ring: str) -> str:
         title = f"<div style='margin-bottom:0.3em'><b>{escape(panel.title)}</b><br>{shown}</div>"
     frame = f"<rect class='sg-map-frame' width='{SIZE}' height='{SIZE}'/>"
     marks = f"{frame}{_grid(picture)}{panel.marks}{_diagonal(picture)}{_base(picture)}{ring}"
-    label = escape(f"{panel.title} {picture.across.label} and {picture.up.label}".strip())
+    across, up = map(escape, picture.labels)
+    label = f"{escape(panel.title)} {across} and {up}".strip()
     return (
         f"<div class='sg-map-panel'>{title}<div class='sg-map-body'>"
-        f"<div class='sg-map-up'>{_label(picture.up)}</div>"
+        f"<div class='sg-map-up'>{up}</div>"
         f"<div class='sg-map-ticks sg-map-ticks-up'>{_ticks(picture.up, 'bottom')}</div>"
         f"<svg viewBox='0 0 {SIZE} {SIZE}' role='img' aria-label='{label}'>{marks}</svg>"
         "<div></div><div></div>"
         f"<div class='sg-map-ticks sg-map-ticks-across'>{_ticks(picture.across, 'left')}</div>"
-        f"<div></div><div></div><div class='sg-map-across'>{_label(picture.across)}</div>"
+        f"<div></div><div></div><div class='sg-map-across'>{across}</div>"
         "</div></div>"
     )
 
 
-def _label(axis: MapAxisPicture) -> str:
-    return escape(axis.label)
+def _ticks_of(axis: MapAxis) -> list[tuple[float, float]]:
+    """Positions and values of ticks."""
+    values = ticks_of(axis.low, axis.high, is_log=axis.is_log)
+    return list(zip(axis.share(np.array(values)).tolist(), values, strict=True))
 
 
-def _ticks(axis: MapAxisPicture, side: str) -> str:
+def _ticks(axis: MapAxis, side: str) -> str:
     return "".join(
-        f"<span style='{side}:{100 * share:.2f}%'>{text}</span>" for share, text in axis.ticks
+        f"<span style='{side}:{100 * share:.2f}%'>{value:.6g}</span>"
+        for share, value in _ticks_of(axis)
     )
 
 
 def _grid(picture: MapPicture) -> str:
     """Ticks outside the frame."""
-    lines = [f"M{SIZE * share:.1f} {SIZE}v12" for share, _ in picture.across.ticks]
-    lines += [f"M0 {SIZE * (1.0 - share):.1f}h-12" for share, _ in picture.up.ticks]
+    lines = [f"M{SIZE * share:.1f} {SIZE}v12" for share, _ in _ticks_of(picture.across)]
+    lines += [f"M0 {SIZE * (1.0 - share):.1f}h-12" for share, _ in _ticks_of(picture.up)]
     return f"<path class='sg-map-lines' d='{''.join(lines)}'/>"
 
 
 def _diagonal(picture: MapPicture) -> str:
-    if picture.diagonal is None:
+    """The line of equal values, if both axes have equal scales."""
+    x, y = picture.across, picture.up
+    low, high = max(x.low, y.low), min(x.high, y.high)
+    if not same_quantity(x.key, y.key) or x.is_log != y.is_log or low >= high:
         return ""
-    (x0, y0), (x1, y1) = picture.diagonal
+    (x0, x1), (y0, y1) = (axis.share(np.array([low, high])).tolist() for axis in (x, y))
     ends = f"M{SIZE * x0:.1f} {SIZE * (1 - y0):.1f}L{SIZE * x1:.1f} {SIZE * (1 - y1):.1f}"
     return f"<path class='sg-map-over sg-map-diagonal' d='{ends}'/>"
 
 
 def _base(picture: MapPicture) -> str:
-    if picture.base is None:
+    """The mark of the base; empty if it is outside the map."""
+    if picture.across.base is None or picture.up.base is None:
         return ""
-    x, y = SIZE * picture.base[0], SIZE * (1.0 - picture.base[1])
+    x = SIZE * picture.across.share(np.array(picture.across.base))
+    y = SIZE * (1.0 - picture.up.share(np.array(picture.up.base)))
     # Lines of zero length with round ends have the same size on every map.
     return "".join(
         f"<path class='sg-map-over' d='M{x:.1f} {y:.1f}h0' stroke='{colour}' "
@@ -155,7 +160,7 @@ def _ring(box: Box) -> str:
 
 
 def _patterns(picture: MapPicture) -> str:
-    return "".join(_pattern(swatch.way) for swatch in picture.swatches)
+    return "".join(map(_pattern, picture.counts))
 
 
 def _pattern(way: int) -> str:
@@ -172,18 +177,15 @@ def _pattern(way: int) -> str:
 
 
 def _key_html(picture: MapPicture) -> str:
-    cells = chain.from_iterable(_key_line(s, picture.finished) for s in picture.swatches)
-    return f"<div class='sg-map-key'>{''.join(cells)}</div>"
+    lines = "".join(_key_line(picture, way) for way in picture.counts)
+    return f"<div class='sg-map-key'>{lines}</div>"
 
 
-def _key_line(swatch: Swatch, total: int) -> tuple[str, str, str, str]:
-    box = (
-        "<svg viewBox='0 0 60 34' preserveAspectRatio='none'>"
-        f"<rect width='60' height='34' rx='5' fill='url(#sg-way-{swatch.way})'/></svg>"
-    )
+def _key_line(picture: MapPicture, way: int) -> str:
+    count = picture.counts[way]
     return (
-        f"<span>{box}</span>",
-        f"<span>{escape(swatch.words)}</span>",
-        f"<span>{swatch.count}</span>",
-        f"<span>{share_words(swatch.count, total)}</span>",
+        "<span><svg viewBox='0 0 60 34' preserveAspectRatio='none'>"
+        f"<rect width='60' height='34' rx='5' fill='url(#sg-way-{way})'/></svg></span>"
+        f"<span>{escape(category_words(way, picture.study.base.space))}</span>"
+        f"<span>{count}</span><span>{share_words(count, picture.finished)}</span>"
     )

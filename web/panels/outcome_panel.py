@@ -70,12 +70,6 @@ class OutcomePanel:
             self._space = space
             self._welcome.content = welcome_html(space)
 
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._welcome.remove()
-        self._card.remove()
-        self._busy.remove()
-
 
 def welcome_html(space: Space = PLANAR) -> str:
     """A short introduction for new users; the page's script hides it for others.

@@ -26,7 +26,7 @@ from slipgrasp.web.model.intents.playback import (
 )
 from slipgrasp.web.model.playback import PACED, SPEEDS, Playback, WindowChoice, whole_window
 from slipgrasp.web.model.view import Ghost, Shown, ViewState
-from slipgrasp.web.page.keys import KEYS, keys_of
+from slipgrasp.web.page.keys import KEYS, KeyCommand, keys_of
 from slipgrasp.web.page.markup import change_attribute, click_attribute
 from slipgrasp.web.panels.strip import clock_words, strip_html
 
@@ -40,6 +40,17 @@ _ICONS = {
     "next event": "M12 4v16l9-8zM3 4v16l9-8z",
     "next slip": "M3 5h14l-7 12zM18 5h3v14h-3z",
     "end": "M16 4h3v16h-3zM4 4v16l11-8z",
+}
+_WINDOWS: dict[WindowChoice, tuple[str, Intent]] = {
+    WindowChoice.SLIP: (
+        "Shows the time range in which contacts slip",
+        ChooseWindow(WindowChoice.SLIP),
+    ),
+    WindowChoice.WHOLE: (
+        "Shows the run from its start to its end",
+        ChooseWindow(WindowChoice.WHOLE),
+    ),
+    WindowChoice.CLOSER: ("Zooms in four times at the play head", Zoom()),
 }
 
 
@@ -56,7 +67,8 @@ class PlaybackPanel:
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
         self.strip = gui.add_html("")
         self.transport = gui.add_html("")
-        self._commands = [_add_command(gui, send, number) for number in range(len(KEYS))]
+        for row in KEYS:
+            _add_command(gui, send, row)
         self._drawn: tuple[object, ...] = ()
         self._controls: tuple[object, ...] = ()
 
@@ -79,21 +91,12 @@ class PlaybackPanel:
             self._controls = controls
             self.transport.content = transport_html(playback, choice)
 
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self.strip.remove()
-        self.transport.remove()
-        for command in self._commands:
-            command.remove()
 
-
-def _add_command(gui: viser.GuiApi, send: Send, number: int) -> viser.CommandHandle:
+def _add_command(gui: viser.GuiApi, send: Send, row: KeyCommand) -> None:
     """An entry in the list of commands; the page's script handles its key."""
-    row = KEYS[number]
     description = f"Key: {keys_of(row.intent)}"
     command = gui.add_command(row.text, description=description, icon=row.icon)
     command.on_trigger(lambda _: send(row.intent))
-    return command
 
 
 def caption_html(shown: Shown, ghost: Ghost | None, time: float) -> str:
@@ -164,49 +167,50 @@ def _origin_html(shown: Shown) -> str:
     )
 
 
-def transport_html(playback: Playback, choice: WindowChoice) -> str:
-    """Buttons to play, step and jump; speed, exact time and window; link and keys.
+def transport_html(playback: Playback, choice: WindowChoice, *, is_alone: bool = False) -> str:
+    """Buttons to play, step and jump; exact time, speed and time range; link and keys.
 
     Args:
         playback: The play head.
         choice: The choice of the time range.
+        is_alone: Whether the page has no server, and so no link, variable speed or time range of
+            the slip.
     """
-    return (
-        f'<div class="sg-transport">{moves_html(playback)}'
-        f'<span class="sg-group">{_windows_html(choice)}</span>'
-        '<span class="sg-group"><button type="button" data-sg-copy-link '
+    link = (
+        '<button type="button" data-sg-copy-link '
         'title="Copies a link to this run at this time, for any browser of this machine">'
         "Copy link</button>"
+    )
+    return (
+        f'<div class="sg-transport">{_moves_html(playback)}{_time_html(playback)}'
+        f"{_speed_html(playback, with_pace=not is_alone)}"
+        f'<span class="sg-group">{_windows_html(choice, with_slip=not is_alone)}</span>'
+        f'<span class="sg-group">{"" if is_alone else link}'
         '<button type="button" data-sg-help aria-label="Keys" title="All keys (?)">?</button>'
         "</span></div>"
     )
 
 
-def moves_html(playback: Playback, *, with_pace: bool = True) -> str:
-    """Buttons to play, step and jump, exact time, and speed.
-
-    Args:
-        playback: The play head.
-        with_pace: Whether a variable speed is available.
-    """
+def _moves_html(playback: Playback) -> str:
+    """Buttons to play, step and jump."""
     play = "pause" if playback.playing else "play"
     moves = "".join(
         (
-            _icon_button("start", "Start", GoToEdge(-1)),
-            _icon_button("previous event", "Previous event", JumpToEvent(-1)),
-            _icon_button("step back", "Step back", Step(-1)),
-            _icon_button(play, play.capitalize(), TogglePlay()),
-            _icon_button("step forward", "Step forward", Step(1)),
-            _icon_button("next event", "Next event", JumpToEvent(1)),
-            _icon_button("next slip", "Next slip", GoToNextSlip()),
-            _icon_button("end", "End", GoToEdge(1)),
+            _icon_button("start", GoToEdge(-1)),
+            _icon_button("previous event", JumpToEvent(-1)),
+            _icon_button("step back", Step(-1)),
+            _icon_button(play, TogglePlay()),
+            _icon_button("step forward", Step(1)),
+            _icon_button("next event", JumpToEvent(1)),
+            _icon_button("next slip", GoToNextSlip()),
+            _icon_button("end", GoToEdge(1)),
         )
     )
-    times = f"{_time_html(playback)}{_speed_html(playback, with_pace)}"
-    return f'<span class="sg-group">{moves}</span>{times}'
+    return f'<span class="sg-group">{moves}</span>'
 
 
-def _icon_button(icon: str, label: str, intent: Intent) -> str:
+def _icon_button(icon: str, intent: Intent) -> str:
+    label = icon.capitalize()
     hint = f"{label} ({keys_of(intent)})"
     wide = " class='sg-play'" if isinstance(intent, TogglePlay) else ""
     return (
@@ -225,7 +229,7 @@ def _time_html(playback: Playback) -> str:
     )
 
 
-def _speed_html(playback: Playback, with_pace: bool) -> str:
+def _speed_html(playback: Playback, *, with_pace: bool) -> str:
     at_one = playback.speed if playback.pace is None else None
     paced = _option(PACED, PACED, is_chosen=at_one is None) if with_pace else ""
     options = paced + "".join(
@@ -247,29 +251,11 @@ def _option(value: str, label: str, *, is_chosen: bool) -> str:
     return f'<option value="{value}"{" selected" if is_chosen else ""}>{label}</option>'
 
 
-def _windows_html(choice: WindowChoice) -> str:
+def _windows_html(chosen: WindowChoice, *, with_slip: bool) -> str:
+    """Buttons that show another time range of the run."""
     return "".join(
-        (
-            window_button("slip", choice is WindowChoice.SLIP, ChooseWindow(WindowChoice.SLIP)),
-            window_button(
-                "whole run",
-                choice is WindowChoice.WHOLE,
-                ChooseWindow(WindowChoice.WHOLE),
-            ),
-            window_button("closer", choice is WindowChoice.CLOSER, Zoom()),
-        )
-    )
-
-
-def window_button(label: str, is_chosen: bool, intent: Intent) -> str:
-    """A button that shows another time range of the run."""
-    hints = {
-        "slip": "Shows the time range in which contacts slip",
-        "whole run": "Shows the run from its start to its end",
-        "closer": "Zooms in four times at the play head",
-    }
-    return (
-        f'<button type="button" aria-pressed="{str(is_chosen).lower()}" '
-        f'title="{hints[label]} ({keys_of(intent)})" '
-        f"{click_attribute(intent)}>{label}</button>"
+        f'<button type="button" aria-pressed="{str(choice is chosen).lower()}" '
+        f'title="{hint} ({keys_of(intent)})" {click_attribute(intent)}>{choice.value}</button>'
+        for choice, (hint, intent) in _WINDOWS.items()
+        if with_slip or choice is not WindowChoice.SLIP
     )

@@ -62,7 +62,7 @@ class RecordingsPanel:
             widget.on_update(self._filter)
         self.rows = gui.add_html("")
         self.chosen = _ChosenRun(gui, send)
-        self._upload = gui.add_html(upload_html())
+        gui.add_html(upload_html())
         self._run_list: RunList | None = None
         self._open_id = ""
 
@@ -75,11 +75,6 @@ class RecordingsPanel:
         self._run_list, self._open_id = view.run_list, open_id
         self.rows.content = rows_html(view.run_list, open_id)
         self.chosen.show(view.run_list.chosen)
-
-    def remove(self) -> None:
-        """Removes all widgets."""
-        for element in (self._text, self._outcome, self.rows, self.chosen, self._upload):
-            element.remove()
 
     async def _filter(self, event: viser.GuiEvent[Any]) -> None:
         # Runs in the viewer server's event loop, which keeps the order of inputs.
@@ -153,10 +148,6 @@ class _ChosenRun:
             self.name.value = run.name
             self.tags.value = ", ".join(run.tags)
             self.notes.value = run.notes
-
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self.folder.remove()
 
     async def _open(self, _: object) -> None:
         if self._run is not None:

@@ -29,8 +29,7 @@ class ScenarioFilePanel:
 
     def __init__(self, gui: viser.GuiApi, send: Send) -> None:
         self._send = send
-        self._folder = gui.add_folder("Scenario file (TOML)", expand_by_default=False)
-        with self._folder:
+        with gui.add_folder("Scenario file (TOML)", expand_by_default=False):
             self.save = gui.add_button(
                 "Save scenario",
                 icon=viser.Icon.FILE_DOWNLOAD,
@@ -57,10 +56,6 @@ class ScenarioFilePanel:
         if view.editing.file_errors != self._told:
             self._told = view.editing.file_errors
             self.errors.content = file_errors_html(self._told)
-
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._folder.remove()
 
     def _download(self, event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
         if event.client is not None and self._scenario is not None:

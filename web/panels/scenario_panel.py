@@ -13,10 +13,11 @@ from slipgrasp.core.scenario import RAIL
 from slipgrasp.core.scenario.custom_laws import law_names
 from slipgrasp.core.scenario.law_choice import LAW
 from slipgrasp.core.scenario.laws import law_alias, law_label
+from slipgrasp.core.scenario.loading import all_preset_names
 from slipgrasp.web.charts.law_charts import law_run_words
 from slipgrasp.web.model.colours import tone
 from slipgrasp.web.model.disturbances import DisturbanceKind, disturbance_words, is_offered
-from slipgrasp.web.model.draft import Draft, TimedEdit, change_time, offered_presets
+from slipgrasp.web.model.draft import Draft, TimedEdit, change_time
 from slipgrasp.web.model.editing import Reach
 from slipgrasp.web.model.intents.compare import EndComparison
 from slipgrasp.web.model.intents.intent import Intent, Send
@@ -115,13 +116,6 @@ class ScenarioPanel:
             self._listed = listed
             self.changes.content = listed_html(draft, view.ghost)
 
-    def remove(self) -> None:
-        """Removes all widgets."""
-        for element in (self.origin, self.steps, self.reach, self.note):
-            element.remove()
-        for element in (self.laws, self.disturbances, self.changes):
-            element.remove()
-
     def _connect(self) -> None:
         # In the viewer server's event loop, which keeps the order of events. Values that
         # the program sets have no client, and are ignored.
@@ -151,7 +145,7 @@ class ScenarioPanel:
         if not view.draft.base.space.has_hand:
             self._laws, self.laws.content = None, ""
             return
-        moment = change_time(view.playback.time) if view.playback else 0.0
+        moment = view.moment
         law = str(view.draft.value_at(moment, LAW))
         runs = view.laws.runs if view.laws.draft is view.draft else ()
         if (law, runs) != self._laws:
@@ -183,7 +177,7 @@ def _what_it_shows(draft: Draft) -> str:
 
 def _origins(*opened: str | None) -> tuple[str, ...]:
     """The scenarios to choose from: opened files, and the presets."""
-    presets = offered_presets()
+    presets = all_preset_names()
     return (*(name for name in dict.fromkeys(opened) if name and name not in presets), *presets)
 
 

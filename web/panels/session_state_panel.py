@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from html import escape
+from typing import Any
 
 import viser
 
@@ -26,35 +27,18 @@ class SessionStatePanel:
     def __init__(self, gui: viser.GuiApi, key: str) -> None:
         self._key = key
         self.session_state = gui.add_html("")
-        self._told: tuple[object, ...] = ()
+        self._told: dict[str, Any] = {}
         self._told_at = 0.0
 
     def update(self, view: ViewState) -> None:
         """Sends changes of the state, and regularly the position of the play head."""
-        now, playback = time.monotonic(), view.playback or _AT_START
-        moving = None if playback.playing else playback.time
-        layout = view.charts.layout()
-        lecture = view.appearance.lecture
-        telling = (
-            _is_ready(view),
-            linked_run(view),
-            layout,
-            view.notice,
-            lecture,
-            playback.window,
-            _duration(view),
-            playback.speed,
-            playback.pace,
-            moving,
-        )
-        if telling == self._told and (moving is not None or now - self._told_at < _INTERVAL):
+        now, state = time.monotonic(), _state_of(view)
+        playing = state["playing"]
+        telling = {**state, "time": None} if playing else state
+        if telling == self._told and not (playing and now - self._told_at >= _INTERVAL):
             return
         self._told, self._told_at = telling, now
         self.session_state.content = session_state_html(self._key, view)
-
-    def remove(self) -> None:
-        """Removes the element."""
-        self.session_state.remove()
 
 
 def session_state_html(key: str, view: ViewState) -> str:
@@ -64,9 +48,14 @@ def session_state_html(key: str, view: ViewState) -> str:
         key: The key of the session.
         view: The screen; before the first run, the play head is at the start.
     """
+    state = {"session": key, **_state_of(view)}
+    state["pace"] = state["pace"] and list(zip(*state["pace"], strict=True))
+    return f'<i id="sg-session-state" hidden data-sg-state="{escape(json.dumps(state))}"></i>'
+
+
+def _state_of(view: ViewState) -> dict[str, Any]:
     playback = view.playback or _AT_START
-    state = {
-        "session": key,
+    return {
         "ready": _is_ready(view),
         "shows": view.shown is not None,
         "run": linked_run(view),
@@ -78,10 +67,9 @@ def session_state_html(key: str, view: ViewState) -> str:
         "end": playback.window.end,
         "duration": _duration(view),
         "speed": playback.speed,
-        "pace": playback.pace and list(zip(*playback.pace, strict=True)),
+        "pace": playback.pace,
         "playing": playback.playing,
     }
-    return f'<i id="sg-session-state" hidden data-sg-state="{escape(json.dumps(state))}"></i>'
 
 
 def _duration(view: ViewState) -> float:

@@ -340,10 +340,13 @@ def _held_html(picture: MapPicture) -> str:
         f"{held_words.capitalize()} {picture.held} of {picture.finished}{so_far} "
         f"({share_words(picture.held, picture.finished)})</div>"
     )
-    others = sorted((s for s in picture.swatches if s.way != HELD), key=lambda s: -s.count)
+    others = sorted((count, -way) for way, count in picture.counts.items() if way != HELD)[::-1]
     if not others:
         return held
-    reasons = "; ".join(f"{escape(s.words)}: {s.count}" for s in others[:_MOST_REASONS])
+    reasons = "; ".join(
+        f"{escape(category_words(-way, picture.study.base.space))}: {count}"
+        for count, way in others[:_MOST_REASONS]
+    )
     more = "; …" if len(others) > _MOST_REASONS else ""
     return f"{held}<div>Others: {reasons}{more}.</div>"
 

@@ -9,7 +9,6 @@ import viser
 
 from slipgrasp.core.run.verdict import scenario_title
 from slipgrasp.core.scenario.loading import parameter_definitions
-from slipgrasp.web.model.draft import change_time
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.tour import ToggleTour, VisitStop
 from slipgrasp.web.model.parameter_groups import Entry
@@ -45,13 +44,8 @@ class TourPanel:
             self._build(stop, view)
         if self.control is None or self.control.key == view.editing.key_in_hand(time.monotonic()):
             return
-        moment = change_time(view.playback.time) if view.playback else 0.0
+        moment = view.moment
         self.control.show(view.draft.value_at(moment, self.control.key))
-
-    def remove(self) -> None:
-        """Removes all widgets."""
-        self._remove_control()
-        self.card.remove()
 
     def _build(self, stop: Stop | None, view: ViewState) -> None:
         self._remove_control()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.web.charts.charts import CHART_TABS
 from slipgrasp.web.charts.chosen import CHOSEN_TAB, choosable
@@ -31,16 +30,6 @@ _TABS = (*CHART_TABS, CHOSEN_TAB, XY_TAB, LAWS_TAB)
 
 class ChartsReducer(Reducer):
     """Hides lines of the charts, adds signals and a second cursor, and undoes these changes."""
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        ToggleLine,
-        ToggleSignal,
-        DrawAgainst,
-        PlaceMark,
-        ToggleMark,
-        LayOutCharts,
-        SeeCharts,
-    )
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Changes the charts; requests for missing signals have no effect."""

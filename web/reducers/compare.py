@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.web.model.intents.compare import (
     CompareRuns,
@@ -38,15 +37,6 @@ class CompareReducer(Reducer):
         recordings: Opens stored runs.
         send: Accepts the worker's answers.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        CompareRuns,
-        SwapRuns,
-        EndComparison,
-        RunsOpened,
-        CompareUnreadable,
-        RunsCompared,
-    )
 
     def __init__(self, recordings: OpenRecordings, send: Send) -> None:
         self._send = send

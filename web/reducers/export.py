@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from dataclasses import replace
-from typing import BinaryIO, ClassVar
+from typing import BinaryIO
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.words.phrases import milliseconds
@@ -47,18 +47,6 @@ class ExportReducer(Reducer):
         write_page: Writes a run as a live page.
     """
 
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        ExportPicture,
-        ExportCharts,
-        ExportClip,
-        ExportStill,
-        ExportPage,
-        CancelExport,
-        ExportMoved,
-        ExportFinished,
-        ExportFailed,
-    )
-
     def __init__(
         self,
         recordings: OpenRecordings,
@@ -74,14 +62,15 @@ class ExportReducer(Reducer):
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Starts, cancels, or completes an export."""
-        exporting = view.exporting
-        if isinstance(intent, CancelExport):
-            self._worker.close()
-        elif isinstance(intent, ExportMoved | ExportFinished | ExportFailed):
-            exporting = self._take_answer(intent, exporting)
-        elif view.shown is not None and not exporting.busy_with:
-            exporting = self._begin(intent, view, view.shown)
-        return replace(view, exporting=exporting)
+        match intent:
+            case CancelExport():
+                self._worker.cancel(view.exporting.number)
+            case ExportMoved() | ExportFinished() | ExportFailed():
+                return replace(view, exporting=self._take_answer(intent, view.exporting))
+            case ExportPicture() | ExportCharts() | ExportPage() | ExportClip() | ExportStill():
+                if view.shown is not None and not view.exporting.busy_with:
+                    return replace(view, exporting=self._begin(intent, view, view.shown))
+        return view
 
     def _begin(self, intent: Intent, view: ViewState, shown: Shown) -> Exporting:
         number, run = view.exporting.number + 1, shown.name

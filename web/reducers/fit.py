@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.server.fits.service import FitService
@@ -31,15 +30,6 @@ class FitReducer(Reducer):
         service: Runs fits.
         send: Receives the results of the worker.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        StartFit,
-        CancelFit,
-        OpenFit,
-        FitMoved,
-        FitRefused,
-        FitsListed,
-    )
 
     def __init__(self, service: FitService, send: Send) -> None:
         self._worker = FitWorker(service, send)

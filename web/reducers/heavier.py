@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.intents.heavier import AskHowHeavy, HowHeavyFound
@@ -21,21 +20,15 @@ class HeavierReducer(Reducer):
         send: Accepts the answers.
     """
 
-    takes: ClassVar[tuple[type[Intent], ...]] = (AskHowHeavy, HowHeavyFound)
-
     def __init__(self, service: RunService, send: Send) -> None:
-        self._service, self._send = service, send
-        self._worker: HeavierWorker | None = None
+        self._worker = HeavierWorker(service, send)
+        self.workers = (self._worker,)
         self._number = 0
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Starts the search, or shows its result."""
         match intent:
             case AskHowHeavy():
-                if self._worker is None:
-                    # Most sessions need no thread for this.
-                    self._worker = HeavierWorker(self._service, self._send)
-                    self.workers = (self._worker,)
                 self._number += 1
                 self._worker.find(self._number, view.draft)
                 return replace(view, how_heavy=HowHeavy(view.draft, "Trying heavier objects …"))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.model.hints import HintTrials
@@ -27,8 +26,6 @@ class HintsReducer(Reducer):
         service: Service that simulates.
         send: Accepts the answers.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (TryHints, HintTried)
 
     def __init__(self, service: RunService, send: Send) -> None:
         self._worker = HintsWorker(service, send)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.server.runs.service import RunService
 from slipgrasp.web.charts.law_charts import LAWS_TAB
@@ -27,11 +26,9 @@ class LawsReducer(Reducer):
         send: Accepts the runs.
     """
 
-    takes: ClassVar[tuple[type[Intent], ...]] = (LawRunFinished,)
-
     def __init__(self, service: RunService, send: Send) -> None:
-        self._service, self._send = service, send
-        self._worker: LawsWorker | None = None
+        self._worker = LawsWorker(service, send)
+        self.workers = (self._worker,)
         self._number = 0
         self._draft: Draft | None = None
         self._moved_at = -math.inf
@@ -48,10 +45,6 @@ class LawsReducer(Reducer):
             self._draft, self._moved_at = view.draft, now
         if not self._is_due(view) or now - self._moved_at < REST:
             return view
-        if self._worker is None:
-            # Most sessions need no thread for this.
-            self._worker = LawsWorker(self._service, self._send)
-            self.workers = (self._worker,)
         self._number += 1
         self._worker.compare(self._number, view.draft)
         return replace(view, laws=replace(view.laws, draft=view.draft))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent, Send
 from slipgrasp.web.model.intents.recordings import (
@@ -28,13 +27,6 @@ class LinkReducer(Reducer):
     Args:
         send: Requests a run from the reducer of recordings.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        OpenLink,
-        OpenRecording,
-        RecordingOpened,
-        RecordingUnreadable,
-    )
 
     def __init__(self, send: Send) -> None:
         self._send = send

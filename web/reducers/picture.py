@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.picture import (
@@ -27,21 +26,12 @@ class PictureReducer(Reducer):
         camera: The viewer's camera.
     """
 
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        CameraMoved,
-        FrameHand,
-        MeasurePage,
-        RestoreLayout,
-        SetAppearance,
-        ToggleDark,
-        ToggleLecture,
-    )
-
     def __init__(self, camera: FrontCamera) -> None:
         self._camera = camera
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Records the camera, resets it to the front, or changes the appearance."""
+        look = view.appearance
         match intent:
             case CameraMoved(position):
                 self._camera.report(position)
@@ -49,19 +39,15 @@ class PictureReducer(Reducer):
                 return self._fit(intent, view)
             case FrameHand(whole):
                 self._camera.frame()
-                return replace(view, appearance=replace(view.appearance, whole_hand=whole))
+                return replace(view, appearance=replace(look, whole_hand=whole))
             case RestoreLayout():
                 return replace(view, restored=view.restored + 1)
             case SetAppearance(appearance):
                 return replace(view, appearance=appearance.within_bounds())
             case ToggleDark():
-                return replace(
-                    view, appearance=replace(view.appearance, dark=not view.appearance.dark)
-                )
+                return replace(view, appearance=replace(look, dark=not look.dark))
             case ToggleLecture():
-                return replace(
-                    view, appearance=replace(view.appearance, lecture=not view.appearance.lecture)
-                )
+                return replace(view, appearance=replace(look, lecture=not look.lecture))
         return view
 
     def _fit(self, measured: MeasurePage, view: ViewState) -> ViewState:

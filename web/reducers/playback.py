@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.web.model.events import neighbouring_event_time, next_slip_time
@@ -51,20 +50,6 @@ class PlaybackReducer(Reducer):
             and would slow down sending.
     """
 
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        TogglePlay,
-        Seek,
-        Step,
-        JumpToEvent,
-        GoToNextSlip,
-        GoToEdge,
-        SetSpeed,
-        ChangeSpeed,
-        ChooseWindow,
-        ShowWindow,
-        Zoom,
-    )
-
     def __init__(self, pacer: FramePacer, is_behind: Callable[[], bool] = lambda: False) -> None:
         self._pacer = pacer
         self._is_behind = is_behind
@@ -79,6 +64,8 @@ class PlaybackReducer(Reducer):
         if playback.playing and not view.playback.playing:
             self._passed = None  # Time during a pause does not move it.
         choice = choice_after(view.choice, intent, view.playback, playback)
+        if playback is view.playback and choice is view.choice:
+            return view
         return replace(view, choice=choice, playback=playback)
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
@@ -147,28 +134,25 @@ def choice_after(
 
 def _put(playback: Playback, intent: Intent, result: RunResult) -> Playback:
     """The play head at the time of an intent."""
+    time: float | None = None
     match intent:
         case Seek(seconds) if math.isfinite(seconds):
-            return playback.reach(seconds, whole_window(result))
+            time = seconds
         case Step(direction):
-            time = neighbouring_time(result, playback.time, direction)
-            return playback.reach(time, whole_window(result))
+            time = neighbouring_time(result.trace.times, playback.time, direction)
         case JumpToEvent(direction):
             time = neighbouring_event_time(result, playback.time, direction)
-            return playback.reach(time, whole_window(result))
         case GoToNextSlip():
             time = next_slip_time(result, playback.time)
-            return playback if time is None else playback.reach(time, whole_window(result))
         case GoToEdge(direction):
-            return _at_edge(playback, direction, whole_window(result))
-        case _:
-            return playback
+            time = _edge_time(playback, direction, whole_window(result))
+    return playback if time is None else playback.reach(time, whole_window(result))
 
 
-def _at_edge(playback: Playback, direction: int, whole: TimeWindow) -> Playback:
-    """The play head at an edge of its window; already there, at that edge of the run."""
+def _edge_time(playback: Playback, direction: int, whole: TimeWindow) -> float:
+    """An edge of the window [s]; if the play head is there, that edge of the run."""
     edges = [window.end if direction > 0 else window.start for window in (playback.window, whole)]
-    return playback.reach(edges[playback.time == edges[0]], whole)
+    return edges[playback.time == edges[0]]
 
 
 def _with_window(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.recordings.store.stored_run import StoredRun
@@ -30,7 +29,6 @@ from slipgrasp.web.model.view import (
     ViewState,
     replays_of,
     show_replay,
-    with_status,
 )
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.library_worker import LibraryWorker
@@ -60,21 +58,6 @@ class RecordingsReducer(Reducer):
         send: Accepts the worker's answers.
         first: The recording to open first, if any.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        ListRecordings,
-        FilterRecordings,
-        ChooseRecording,
-        OpenRecording,
-        AnnotateRecording,
-        DeleteRecording,
-        RecordingsListed,
-        RecordingChanged,
-        RecordingRefused,
-        RecordingOpened,
-        RecordingUnreadable,
-        RunSaved,
-    )
 
     def __init__(
         self,
@@ -109,7 +92,8 @@ class RecordingsReducer(Reducer):
                 self._list(view.run_list)
                 return _with_notice(view, Notice(what, message))
             case _:
-                return replace(view, run_list=self._changed(intent, view.run_list))
+                run_list = self._changed(intent, view.run_list)
+                return view if run_list is view.run_list else replace(view, run_list=run_list)
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
         """Queries the list again when due."""
@@ -147,6 +131,10 @@ class RecordingsReducer(Reducer):
             case RecordingChanged(run_id, stored):
                 if run_list.chosen_id == run_id:
                     run_list = _chosen(run_list, run_id if stored else "", stored)
+            case RunSaved():
+                pass
+            case _:
+                return run_list
         self._list(run_list)
         return run_list
 
@@ -187,7 +175,7 @@ def _refused(view: ViewState, message: str) -> ViewState:
     """A recording could not be opened; the error is shown where it was requested."""
     view = _with_notice(view, Notice("Not opened", message))
     if view.shown is None:
-        return with_status(view, RunStatus(RunStage.UNREADABLE, (message,)))
+        return replace(view, status=RunStatus(RunStage.UNREADABLE, (message,)))
     return view
 
 

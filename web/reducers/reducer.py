@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.view import ViewState
-from slipgrasp.web.workers.worker import Worker
+from slipgrasp.web.workers.worker import QueueWorker
 
 
 class Reducer(ABC):
@@ -17,12 +16,10 @@ class Reducer(ABC):
     A reducer has threads and clocks; everything on the screen is in the view.
 
     Attributes:
-        takes: Classes of intents that it handles; several reducers may handle the same class.
         workers: Its threads, which the session ends.
     """
 
-    takes: ClassVar[tuple[type[Intent], ...]]
-    workers: Sequence[Worker] = ()
+    workers: Sequence[QueueWorker] = ()
 
     def start(self, view: ViewState) -> ViewState:
         """Returns the initial view."""
@@ -30,7 +27,7 @@ class Reducer(ABC):
 
     @abstractmethod
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
-        """Handles an intent."""
+        """Handles an intent; returns the same view if it belongs to other reducers."""
 
     def pass_time(self, now: float, view: ViewState) -> ViewState:
         """Handles the passing of time; called at least as often as requested.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.scenario import Scenario
@@ -20,7 +19,6 @@ from slipgrasp.web.model.view import (
     ViewState,
     show,
     show_replay,
-    with_status,
 )
 from slipgrasp.web.reducers.reducer import Reducer
 from slipgrasp.web.workers.live_runs import LiveRuns
@@ -54,8 +52,6 @@ class RunReducer(Reducer):
         send: Accepts the worker's answers.
         simulates_first: Whether it starts with the run of the first draft.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (RunFinished, RunRefused, RunSaved, SaveFailed)
 
     def __init__(
         self,
@@ -98,9 +94,9 @@ class RunReducer(Reducer):
         rests = view.drag is None and is_save_due(view.status.stage, now - self._asked_at)
         if view.shown and rests:
             self._worker.save(view.shown.ticket, view.shown.result)
-            return with_status(view, RunStatus(RunStage.SAVING))
+            return replace(view, status=RunStatus(RunStage.SAVING))
         if self._waiting_since is not None and now - self._waiting_since > _UNNOTICED_WAIT:
-            return with_status(view, _busy_status(self._preparation))
+            return replace(view, status=_busy_status(self._preparation))
         return view
 
     def wait(self, now: float, view: ViewState) -> float | None:
@@ -128,11 +124,11 @@ class RunReducer(Reducer):
                 return self._show(Shown(ticket, result, elapsed), view)
             case RunRefused(_, error):
                 self._waiting_since = None
-                return with_status(view, RunStatus.refused(error))
+                return replace(view, status=RunStatus.refused(error))
             case RunSaved(_, stored):
-                return with_status(view, RunStatus(RunStage.SAVED, run_id=stored.id))
+                return replace(view, status=RunStatus(RunStage.SAVED, run_id=stored.id))
             case SaveFailed(_, message):
-                return with_status(view, RunStatus(RunStage.NOT_SAVED, (message,)))
+                return replace(view, status=RunStatus(RunStage.NOT_SAVED, (message,)))
 
     def _show(self, shown: Shown, view: ViewState) -> ViewState:
         """Shows a run; the previous one becomes the ghost if a gesture began with it."""
@@ -158,7 +154,7 @@ class RunReducer(Reducer):
             scenario = view.draft.scenario()
         except ScenarioError as error:
             self._waiting_since = None
-            return with_status(view, RunStatus.refused(error))
+            return replace(view, status=RunStatus.refused(error))
         if self._waiting_since is None:
             self._waiting_since = now
         self._worker.simulate(view.ticket, scenario)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -49,7 +48,7 @@ from slipgrasp.web.model.parameter_names import in_page_words
 from slipgrasp.web.model.playback import whole_window
 from slipgrasp.web.model.sampling import locate
 from slipgrasp.web.model.tour import TOUR
-from slipgrasp.web.model.view import Drag, RunStatus, Shown, ViewState, with_status
+from slipgrasp.web.model.view import Drag, RunStatus, Shown, ViewState
 from slipgrasp.web.reducers.reducer import Reducer
 
 _POURED = 1.5
@@ -59,27 +58,6 @@ _DIGITS = 6
 
 class ScenarioReducer(Reducer):
     """Edits the draft; the reducer of runs notices a new draft and simulates it."""
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        SetParameter,
-        ChooseReach,
-        RemoveChange,
-        RemoveChanges,
-        RemoveDisturbance,
-        AddDisturbance,
-        DragObject,
-        LetGo,
-        ChoosePreset,
-        LoadScenario,
-        ResetScenario,
-        TryOut,
-        ChooseLaw,
-        Undo,
-        Redo,
-        EndComparison,
-        ToggleTour,
-        VisitStop,
-    )
 
     def reduce(self, intent: Intent, view: ViewState) -> ViewState:
         """Applies an intent to the draft."""
@@ -117,11 +95,15 @@ class ScenarioReducer(Reducer):
                 return _dragged(view, force)
             case LetGo(force):
                 return _let_go(view, force)
-            case _:
+            case RemoveChange() | RemoveChanges() | RemoveDisturbance() | ResetScenario():
                 return _with_draft(view, _simplified(view.draft, intent))
+            case _:
+                return view
 
 
-def _simplified(draft: Draft, intent: Intent) -> Draft:
+def _simplified(
+    draft: Draft, intent: RemoveChange | RemoveChanges | RemoveDisturbance | ResetScenario
+) -> Draft:
     """The draft after a removal."""
     match intent:
         case RemoveChange(moment, key) if key == LAW:
@@ -134,8 +116,6 @@ def _simplified(draft: Draft, intent: Intent) -> Draft:
             return draft.without_changes()
         case ResetScenario():
             return draft.reset()
-        case _:
-            return draft
 
 
 def _disturbed(view: ViewState, intent: AddDisturbance) -> Draft:
@@ -229,10 +209,8 @@ def _multiplied(draft: Draft, moment: float, key: str, factor: float) -> Draft:
 
 
 def _moved(view: ViewState, intent: SetParameter, now: float) -> ViewState:
-    """The view after a control was moved; while the run plays, it acts on the whole run."""
-    playback = view.playback
-    play_head = 0.0 if playback is None or playback.playing else playback.time
-    editing = view.editing.move(view.draft, intent.key, play_head, now)
+    """The view after a control was moved."""
+    editing = view.editing.move(view.draft, intent.key, _held_time(view) or 0.0, now)
     draft = editing.apply(view.draft, intent.value)
     return replace(view, draft=draft, editing=editing, opening=view.opening + 1)
 
@@ -255,23 +233,24 @@ def _tried(view: ViewState, words: str) -> ViewState:
 
 
 def _with_law(view: ViewState, kind: Value, *, on_all: bool = False) -> ViewState:
-    """The view with another law and its settings, and a note about these.
-
-    A law that is chosen while the run plays acts on the whole run.
-    """
+    """The view with another law and its settings, and a note about these."""
     if not isinstance(kind, str) or kind not in law_names():
         return view
     if not view.draft.base.space.has_hand:
         return view
-    playback = view.playback
-    is_aimed = view.editing.reach is Reach.PLAY_HEAD and not (playback and playback.playing)
-    is_aimed = is_aimed and not on_all
-    time = change_time(playback.time if playback else 0.0) if is_aimed else None
+    held = None if on_all or view.editing.reach is Reach.WHOLE_RUN else _held_time(view)
+    time = None if held is None else change_time(held)
     draft = with_law(view.draft, kind, time)
     chosen = _with_draft(view, draft)
     if chosen is view:
         return view
     return _with_law_note(chosen, view.draft, kind, time or 0.0)
+
+
+def _held_time(view: ViewState) -> float | None:
+    """Time of the play head [s]; None while the run plays, since changes then have no own time."""
+    playback = view.playback
+    return None if playback is None or playback.playing else playback.time
 
 
 def _with_law_note(view: ViewState, before: Draft, kind: str, time: float) -> ViewState:
@@ -308,7 +287,7 @@ def _chosen(view: ViewState, name: str) -> ViewState:
             return _with_draft(view, file)
         return _with_draft(view, Draft.from_preset(name))
     except ScenarioError as error:
-        return with_status(view, RunStatus.refused(error))
+        return replace(view, status=RunStatus.refused(error))
 
 
 def _visited(view: ViewState, place: int) -> ViewState:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar
 
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.intents.scenario import AddDisturbance, ChooseLaw, LetGo
@@ -15,15 +14,6 @@ from slipgrasp.web.reducers.reducer import Reducer
 
 class SelectionReducer(Reducer):
     """Selects parts; after the reducer of the scenario, which adds pushes and patches."""
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        Select,
-        FindParameters,
-        ToggleAllParameters,
-        ChooseLaw,
-        AddDisturbance,
-        LetGo,
-    )
 
     def __init__(self) -> None:
         self._known: tuple[str, ...] = ()

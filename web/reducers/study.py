@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import count
-from typing import ClassVar
 
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.server.budget import MemoryBudget
@@ -66,29 +65,6 @@ class StudyReducer(Reducer):
         memory: The memory budget.
         send: Accepts the answers of the worker, and requests recordings.
     """
-
-    takes: ClassVar[tuple[type[Intent], ...]] = (
-        ChooseAxis,
-        SetRange,
-        ChooseComparison,
-        StartStudy,
-        CancelStudy,
-        OpenStudy,
-        OpenStudyRun,
-        ResumeStudy,
-        SeeStudyDraft,
-        ShowStudyDraft,
-        SizeMap,
-        ListStudies,
-        StudyPriced,
-        StudyRefused,
-        StudyStarted,
-        StudyMoved,
-        StudyUnreadable,
-        StudiesListed,
-        StudyRunRecorded,
-        StudyRunRefused,
-    )
 
     def __init__(self, service: StudyService, memory: MemoryBudget, send: Send) -> None:
         self._send = send

@@ -20,8 +20,8 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import FingerParameters, PlanarScenario
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
-from slipgrasp.scene.parts import sizes_of
 from slipgrasp.scene.patches import FacePatch, patches_on
+from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.scene.skeleton import Contact, contacts_of
 from slipgrasp.server.viewer.server import release_arrays
 from slipgrasp.web.model.appearance import Appearance

@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import CONE, PHASES, Rgb
 from slipgrasp.scene.pads import Pad
-from slipgrasp.scene.parts import PAD_POINTER, PAD_THICKNESS, force_in, prism
+from slipgrasp.scene.parts import PAD_POINTER, PAD_THICKNESS, force_in
 from slipgrasp.scene.skeleton import Contact
+from slipgrasp.scene.solids import prism
 from slipgrasp.scene.states import States
 from slipgrasp.web.model.colours import BELIEVED_CONE, CONE_INSIDE, glow
 from slipgrasp.web.scene.detail import Detail, Follower
-from slipgrasp.web.scene.marks import FullScale, MarkSizes, Trail
+from slipgrasp.web.scene.marks import FullScale, MarkSizes, Trail, add_arrows
 from slipgrasp.web.scene.shapes import Mesh, circle, dashed_edges, faceted, fan, joined, two_sided
 
 Points = NDArray[np.float64]
@@ -212,20 +213,13 @@ class ContactView:
             position=centre,
         )
         # The force and the slip velocity, in one node because that is faster to move.
-        self._arrows = self._scene.add_arrows(
-            f"{name}/arrows",
-            np.zeros((2, 2, 3)),
-            np.zeros((2, 3), dtype=np.uint8),
-            shaft_radius=sizes.shaft_radius,
-            head_radius=2.6 * sizes.shaft_radius,
-            head_length=5.0 * sizes.shaft_radius,
-        )
+        self._arrows = add_arrows(self._scene, f"{name}/arrows", 2, sizes.shaft_radius)
 
     def _add_pad(self, pad: Pad) -> None:
         """A disc between the face and the ball, with a line that turns with the fingertip."""
         sizes, inward = self._sizes, self._contact.inward
         thickness = PAD_THICKNESS * sizes.tip_radius
-        solid = prism(circle(pad.radius), 0.5 * thickness)
+        solid = prism(circle(pad.radius), -0.5 * thickness, 0.5 * thickness)
         self._disc = self._scene.add_mesh_simple(
             f"{self._name}/tip/pad",
             *faceted(solid.points, solid.indices.astype(np.uint32)),

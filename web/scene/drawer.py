@@ -5,15 +5,15 @@ Each node is created once; afterwards only changed positions and colours are sen
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
 from slipgrasp.recordings.palette import GHOST, Rgb
-from slipgrasp.scene import parts, rotations, skeleton
-from slipgrasp.scene.parts import Role
+from slipgrasp.scene import rotations, skeleton
+from slipgrasp.scene.primitives import Entity, Lines, Rod, Role, Shape, Triangles
 from slipgrasp.scene.skeleton import Frame, Moving
 from slipgrasp.scene.states import States
 from slipgrasp.server.viewer.server import release_arrays
@@ -52,7 +52,7 @@ class HandDrawer:
         scene: viser.SceneApi,
         root: str,
         frames: Sequence[Frame],
-        entities: Sequence[parts.Entity],
+        entities: Sequence[Entity],
         surfaces: Surfaces,
         detail: Detail,
         *,
@@ -62,7 +62,7 @@ class HandDrawer:
         self._picking = picking
         self._scene, self._surfaces, self._glass = scene, surfaces, glass
         self._detail = detail
-        self._moving: list[tuple[Moving, Callable[[Values], None]]] = []
+        self._moving: list[tuple[Moving, viser.FrameHandle, str, int]] = []
         self.paths = {frames[0].parent: root}
         for frame in frames:
             self._add_frame(frame)
@@ -74,31 +74,31 @@ class HandDrawer:
     def update(self, states: States) -> None:
         """Moves the frames to a single state, if they have moved visibly."""
         now = np.zeros_like(states.object_pose, shape=self._drawn.shape)
-        for row, (moving, _) in zip(now, self._moving, strict=True):
-            values = moving(states)[0]
-            row[: len(values)] = values
+        for row, (moving, _, _, width) in zip(now, self._moving, strict=True):
+            row[:width] = moving(states)[0]
         # Together, because a comparison for each takes longer than computing the positions.
         far = self._detail.is_far(now, self._drawn)
         for k in np.flatnonzero(far).tolist():
-            self._moving[k][1](now[k])
+            _, node, key, width = self._moving[k]
+            setattr(node, key, now[k, :width])
         self._drawn = np.where(far[:, None], now, self._drawn)
 
     def _add_frame(self, frame: Frame) -> None:
         path = self.paths[frame.name] = f"{self.paths[frame.parent]}/{frame.name.replace('/', '-')}"
         node = self._scene.add_frame(path, show_axes=False)
         if callable(frame.position):
-            self._moving.append((frame.position, _moving_to(node)))
+            self._moving.append((frame.position, node, "position", 3))
         else:
             node.position = np.array(frame.position)
         if callable(frame.rotation):
-            self._moving.append((frame.rotation, _turning_to(node)))
+            self._moving.append((frame.rotation, node, "wxyz", 4))
         else:
             node.wxyz = np.array(frame.rotation)
 
-    def _add(self, shape: parts.Shape, name: str, frame: str) -> None:
+    def _add(self, shape: Shape, name: str, frame: str) -> None:
         assert isinstance(shape.paint, Role), "contacts are drawn by ContactView"
         colour = colour_of(shape.paint, self._surfaces)
-        if isinstance(shape, parts.Triangles):
+        if isinstance(shape, Triangles):
             self.block = self._scene.add_mesh_simple(
                 name,
                 *faceted(shape.points, shape.indices.astype(np.uint32)),
@@ -108,7 +108,7 @@ class HandDrawer:
             )
             if self._picking is not None:
                 self._picking.make_clickable(self.block, OBJECT)
-        elif isinstance(shape, parts.Lines):
+        elif isinstance(shape, Lines):
             assert not callable(shape.points), "contacts are drawn by ContactView"
             edges = shape.points[shape.indices]
             # A prism has three edges for each corner of its base.
@@ -117,13 +117,14 @@ class HandDrawer:
             self._scene.add_line_segments(
                 name, points.astype(np.float32), colour, thickness=shape.thickness
             )
-        elif isinstance(shape, parts.Rod):
+        else:
+            assert isinstance(shape, Rod), f"no drawing of {type(shape).__name__} in {frame}"
             rod = self._add_rod(shape, name, colour)
             finger = skeleton.finger_of(frame)
             if self._picking is not None and finger is not None:
                 self._picking.make_clickable(rod, finger_part(finger))
 
-    def _add_rod(self, rod: parts.Rod, name: str, colour: Rgb) -> viser.MeshHandle:
+    def _add_rod(self, rod: Rod, name: str, colour: Rgb) -> viser.MeshHandle:
         along = rod.end - rod.start
         length, (first, last) = float(np.linalg.norm(along)), rod.radii
         ends = np.array([[0.0, 0.0], [0.0, first], [length, last], [length, 0.0]])
@@ -149,17 +150,3 @@ def colour_of(role: Role, surfaces: Surfaces) -> Rgb:
         Role.JOINT: surfaces.joint,
         Role.MOUNT: surfaces.mount,
     }[role]
-
-
-def _moving_to(node: viser.FrameHandle) -> Callable[[Values], None]:
-    def draw(position: Values) -> None:
-        node.position = position[:3]
-
-    return draw
-
-
-def _turning_to(node: viser.FrameHandle) -> Callable[[Values], None]:
-    def draw(rotation: Values) -> None:
-        node.wxyz = rotation
-
-    return draw

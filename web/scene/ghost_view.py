@@ -7,7 +7,9 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.scene import parts, rotations, skeleton
+from slipgrasp.scene import rotations, skeleton
+from slipgrasp.scene.sizes import sizes_of
+from slipgrasp.scene.solids import edges_of, solid
 from slipgrasp.scene.states import States
 from slipgrasp.web.model.surfaces import Surfaces
 from slipgrasp.web.scene.detail import Detail, Follower
@@ -41,9 +43,9 @@ class GhostView:
         self._frames = skeleton.frames_of(scenario)
         fingers = len(scenario.fingers) - scenario.space.bare_contacts
         self._count = fingers if has_hand else 0
-        sizes = parts.sizes_of(scenario)
+        sizes = sizes_of(scenario)
         # Behind the edges of the desired pose.
-        corners = parts.solid(scenario, 1.02 * sizes.half_depth).points
+        corners = solid(scenario, 1.02 * sizes.half_depth).points
         self._object = next(f for f in self._frames if f.name == skeleton.OBJECT)
         self.name, self._root = name, scene.add_frame(name, show_axes=False)
         # Moved as a whole, since viser draws other points of lines one picture later.
@@ -52,7 +54,7 @@ class GhostView:
         scene.add_frame(f"{name}/plane", show_axes=False, wxyz=np.array(turn))
         self._edges = scene.add_line_segments(
             f"{name}/plane/edges",
-            corners[parts.edges_of(scenario)].astype(np.float32),
+            corners[edges_of(scenario)].astype(np.float32),
             surfaces.pale_edge,
             thickness=0.006,
         )

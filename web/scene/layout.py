@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import PLANAR, RAIL, SPATIAL, SUPPORT, Scenario
-from slipgrasp.scene import parts, rotations, skeleton
+from slipgrasp.scene import rotations, skeleton
+from slipgrasp.scene.sizes import sizes_of
+from slipgrasp.scene.solids import solid
 from slipgrasp.scene.states import States, states_of
 from slipgrasp.web.scene.boxes import Box, box_around, with_close_ups
 from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
@@ -167,8 +169,8 @@ def _hand_box(result: RunResult, plane: ViewPlane) -> tuple[Points, Points]:
 
 def _corners(scenario: Scenario, positions: Points, turns: Points) -> Points:
     """Corners of the object in the first of some poses, shape ``(2 corners, 3)`` [m]."""
-    solid = parts.solid(scenario, parts.sizes_of(scenario).half_depth)
-    return positions[0] + solid.points @ turns[0].T
+    points = solid(scenario, sizes_of(scenario).half_depth).points
+    return positions[0] + points @ turns[0].T
 
 
 def _first_look(scenario: Scenario, start: States) -> ViewPlane:
@@ -193,17 +195,17 @@ def _held_points(result: RunResult) -> Points:
     trace, scenario = result.trace, result.scenario
     some = trace[np.unique(np.linspace(0, len(trace) - 1, _POSES).astype(int))]
     poses = skeleton.world_poses(skeleton.body_frames(scenario), states_of(some))
-    solid = parts.solid(scenario, parts.sizes_of(scenario).half_depth).points
-    low, high = solid.min(axis=0), solid.max(axis=0)
+    points = solid(scenario, sizes_of(scenario).half_depth).points
+    low, high = points.min(axis=0), points.max(axis=0)
     box = low + _BOX * (high - low)
     farthest = _MOST_LAG * float(np.linalg.norm(box, axis=1).max())
     desired, _ = poses[skeleton.DESIRED]
-    points = []
+    held = []
     for name in (skeleton.OBJECT, skeleton.DESIRED):
         places, turns = poses[name]
         near = np.abs(places - desired).max(axis=1) <= farthest
-        points.append(places[near, None] + box @ turns[near].swapaxes(1, 2))
-    return np.concatenate(points).reshape(-1, 3)
+        held.append(places[near, None] + box @ turns[near].swapaxes(1, 2))
+    return np.concatenate(held).reshape(-1, 3)
 
 
 def close_up_reach(largest_slip: float, share: float) -> float:

@@ -73,17 +73,12 @@ class LinkMeshes:
         if self._nodes is not None and self._nodes.root.visible:
             self._nodes.frames.update(states)
 
-    def remove(self) -> None:
-        """Removes every node."""
-        if self._nodes is not None:
-            self._nodes.root.remove()
-        self._nodes = None
-
     def _place(self, scenario: SpatialScenario, surfaces: Surfaces) -> None:
         """The nodes for the bases of a scenario, in some colours."""
         bases = [(finger.base, finger.attitude) for finger in scenario.fingers]
         if self._nodes is None or bases != self._bases:
-            self.remove()
+            if self._nodes is not None:
+                self._nodes.root.remove()
             self._nodes, self._bases, self._surfaces = self._add(scenario, surfaces), bases, None
         if surfaces != self._surfaces:
             self._surfaces = surfaces

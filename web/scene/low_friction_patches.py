@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from slipgrasp.core.scenario import Patch, PlanarScenario, Scenario
 from slipgrasp.core.scenario.geometry import contact_frame, inner_radius
 from slipgrasp.core.scenario.scenario import FreeScenario, is_there
-from slipgrasp.core.scenario.spatial import SpatialPatch, SpatialScenario
+from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.scenario.spatial_geometry import edges_of, spatial_contact
+from slipgrasp.core.scenario.world import SpatialPatch
 from slipgrasp.recordings.palette import WATER
-from slipgrasp.scene import parts, rotations
+from slipgrasp.scene import rotations
+from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.scene.skeleton import LYING
 from slipgrasp.web.model.colours import WAVES
 from slipgrasp.web.model.selection import PATCH
@@ -90,7 +92,7 @@ def _band(
 ) -> tuple[viser.FrameHandle, viser.MeshHandle]:
     """A patch of a planar object: a band along its face, with waves on it."""
     ends, normal, thickness = spot_on_face(scenario, patch)
-    depth = _BEHIND_MARKS * parts.sizes_of(scenario).front
+    depth = _BEHIND_MARKS * sizes_of(scenario).front
     root = scene.add_frame(name, show_axes=False, wxyz=np.array(LYING))
     corners = np.array([*ends, *(ends[::-1] + thickness * normal)])
     if _turns_right(corners):

@@ -6,18 +6,20 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.recordings.palette import PHASES
-from slipgrasp.scene.states import States, in_three_dimensions, of_pads
+from slipgrasp.recordings.palette import PHASES, Rgb
 from slipgrasp.web.model.colours import glow
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.scene.layout import FullScale, SceneLayout
 
 Points = NDArray[np.float64]
 
+HEAD_LENGTH = 5.0
+"""Length of the head of an arrow, in radii of its shaft."""
 _USUAL_INNER_RADIUS = 0.05
 
 
@@ -40,11 +42,9 @@ class Trail(NamedTuple):
     Attributes:
         path: For a spatial hand in order; for a planar one its ends and, between them, the initial
             contact point: shape ``(k, d - 1)``.
-        tip: Its current position, shape ``(d - 1,)``.
     """
 
     path: Points
-    tip: Points
 
     @property
     def extent(self) -> Points:
@@ -80,34 +80,6 @@ class Trail(NamedTuple):
             return np.array([[glow(PHASES[way])] * 2 for way in ways], dtype=np.uint8)
         pieces = (max(len(self.path) - 1, 1), 2, 1)
         return np.tile(np.array(glow(PHASES[ContactPhase.SLIP]), np.uint8), pieces)
-
-
-def trail_of(sample: Sample, i: int) -> Trail:
-    """The trail of a fingertip.
-
-    Args:
-        sample: The instant.
-        i: Index of the contact.
-    """
-    return Trail(sample.trails[i], sample.slip[i])
-
-
-def states_of(sample: Sample) -> States:
-    """An instant of the dashboard as a single state for the scene."""
-    return States(
-        times=np.array([sample.time]),
-        object_pose=in_three_dimensions(sample.object_pose[None]),
-        desired_pose=in_three_dimensions(sample.desired_pose[None]),
-        joint_positions=sample.joint_positions[None],
-        slip=sample.slip[None],
-        slip_velocity=sample.slip_velocity[None],
-        tangential_force=sample.tangential_force[None],
-        normal_force=sample.normal_force[None],
-        friction=sample.friction[None],
-        phases=np.array([sample.phases], np.int8),
-        spin=of_pads(sample.spin[None], len(sample.phases)),
-        torsional_moment=of_pads(sample.torsional_moment[None], len(sample.phases)),
-    )
 
 
 def sizes_on_hand(inner_radius: float, front: float = 0.0) -> MarkSizes:
@@ -167,6 +139,28 @@ def beliefs_of(result: RunResult) -> tuple[int | None, ...]:
     unknowns = result.trace.shape.unknowns
     keys = [f"fingers.{i}.friction" for i in range(len(result.scenario.fingers))]
     return tuple(unknowns.index(key) if key in unknowns else None for key in keys)
+
+
+def add_arrows(
+    scene: viser.SceneApi, name: str, count: int, shaft_radius: float, colour: Rgb = (0, 0, 0)
+) -> viser.ArrowsHandle:
+    """Arrows with heads in proportion to their shafts, to be placed later.
+
+    Args:
+        scene: Scene of the node.
+        name: Name of the node.
+        count: Number of arrows.
+        shaft_radius: Radius of their shafts [m].
+        colour: Their colour.
+    """
+    return scene.add_arrows(
+        name,
+        np.zeros((count, 2, 3)),
+        np.array([glow(colour)] * count, dtype=np.uint8),
+        shaft_radius=shaft_radius,
+        head_radius=2.6 * shaft_radius,
+        head_length=HEAD_LENGTH * shaft_radius,
+    )
 
 
 def push_words(force: float, moment: float) -> str:

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from slipgrasp.core.scenario import FingerParameters, RailScenario, Scenario, SupportScenario
+from slipgrasp.core.scenario.geometry import outline
 from slipgrasp.core.scenario.spatial import SpatialFinger
-from slipgrasp.scene import parts
+from slipgrasp.scene.parts import rail_ends
+from slipgrasp.scene.sizes import sizes_of
 
 
 def shape_of(scenario: Scenario) -> object:
     """Properties that determine the nodes; equal for runs with other masses or gains."""
-    corners = parts.outline_of(scenario).tobytes()
-    body = scenario.object.shape, corners, parts.sizes_of(scenario).half_depth
+    corners = outline(scenario.object).tobytes()
+    body = scenario.object.shape, corners, sizes_of(scenario).half_depth
     if isinstance(scenario, SupportScenario):
         return (body, scenario.motion.start, scenario.support.incline)
     if isinstance(scenario, RailScenario):
         f = scenario.finger
         finger = (f.link_lengths, f.base, f.angle, f.elbow)
-        return (body, finger, scenario.trajectory.start, parts.rail_ends(scenario))
+        return (body, finger, scenario.trajectory.start, rail_ends(scenario))
     fingers = tuple(
         (f.kind, f.link_lengths, f.base, f.face, f.contact_offset, f.elbow, _chain_of(f), _pad(f))
         for f in scenario.fingers

@@ -9,10 +9,10 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.scene import rotations
-from slipgrasp.web.model.colours import PUSH, glow
+from slipgrasp.web.model.colours import PUSH
 from slipgrasp.web.scene.detail import Detail, Follower
 from slipgrasp.web.scene.layout import FullScale
-from slipgrasp.web.scene.marks import MarkSizes, push_words
+from slipgrasp.web.scene.marks import HEAD_LENGTH, MarkSizes, add_arrows, push_words
 from slipgrasp.web.scene.shapes import arc, joined
 
 Points = NDArray[np.float64]
@@ -47,15 +47,8 @@ class PushView:
         self._radius, self._sizes = radius, sizes
         self._root = scene.add_frame(name, show_axes=False, visible=False)
         shaft = 1.6 * sizes.shaft_radius
-        self._head = 5.0 * shaft
-        self._arrow = scene.add_arrows(
-            f"{name}/force",
-            np.zeros((1, 2, 3)),
-            np.array([glow(PUSH)], dtype=np.uint8),
-            shaft_radius=shaft,
-            head_radius=2.6 * shaft,
-            head_length=self._head,
-        )
+        self._head = HEAD_LENGTH * shaft
+        self._arrow = add_arrows(scene, f"{name}/force", 1, shaft, PUSH)
         self._arc = scene.add_line_segments(
             f"{name}/moment", np.zeros((1, 2, 3)), PUSH, thickness=1.3 * shaft
         )

@@ -24,6 +24,7 @@ from slipgrasp.core.scenario import (
 from slipgrasp.core.scenario.hand_files.meshes import HandMeshes
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
+from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sample
 from slipgrasp.web.model.surfaces import Surfaces, surfaces_for
@@ -36,14 +37,7 @@ from slipgrasp.web.scene.ghost_view import GhostView
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
 from slipgrasp.web.scene.link_meshes import LinkMeshes
 from slipgrasp.web.scene.low_friction_patches import LowFrictionPatches, add_low_friction_patches
-from slipgrasp.web.scene.marks import (
-    MarkSizes,
-    RunFacts,
-    run_facts,
-    sizes_on_hand,
-    states_of,
-    trail_of,
-)
+from slipgrasp.web.scene.marks import MarkSizes, RunFacts, Trail, run_facts, sizes_on_hand
 from slipgrasp.web.scene.node_shape import shape_of
 from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.push_view import PushView
@@ -182,14 +176,13 @@ class Scene:
         if self._views is None or self._run is None:
             return
         self._detail.begin_frame(moving=moving)
-        pale = None if self._ghost is None or ghost is None else states_of(ghost)
         with self._stage.atomic():
-            if self._ghost is not None and pale is not None:
-                self._ghost.update(pale)
+            if self._ghost is not None and ghost is not None:
+                self._ghost.update(ghost.states)
             self._close_ups.move(sample.time)
             self._views.update(sample, self._run)
             if self._meshes is not None:
-                self._meshes.update(states_of(sample))
+                self._meshes.update(sample.states)
             if self._low_friction_patches is not None:
                 self._low_friction_patches.update(sample.time)
 
@@ -204,12 +197,6 @@ class Scene:
         """The parent node of the ghost, after one is shown."""
         assert self._ghost is not None, "no ghost is shown"
         return self._ghost.name
-
-    def remove(self) -> None:
-        """Removes every node."""
-        self._remove_views()
-        if self._meshes is not None:
-            self._meshes.remove()
 
     def _remove_views(self) -> None:
         """Removes the nodes that depend on the object, too."""
@@ -284,11 +271,11 @@ class _Views:
 
     def update(self, sample: Sample, run: RunFacts) -> None:
         """Moves hand, object and the marks on them."""
-        states = states_of(sample)
+        states = sample.states
         self.hand.update(states)
         self.push.update(states.object_pose[0, :3], sample.external_wrench, run.full)
         for i, mark in enumerate(self.marks):
-            mark.update(states, i, run.full, run.believed(sample, i), trail_of(sample, i))
+            mark.update(states, i, run.full, run.believed(sample, i), Trail(sample.trails[i]))
 
 
 def _is_known(signal: Points) -> bool:
@@ -326,7 +313,7 @@ def _make_views(
     hand = HandDrawer(
         scene, name, frames, entities, surfaces, detail, glass=look.glass, picking=picking
     )
-    body, sizes = hand.paths[skeleton.OBJECT], parts.sizes_of(scenario)
+    body, sizes = hand.paths[skeleton.OBJECT], sizes_of(scenario)
     inner = sizes.inner_radius
     marks = sizes_on_hand(inner, sizes.front)
     parent = hand.paths[skeleton.ROOTS[scenario.space]]
@@ -371,19 +358,7 @@ def _add_slide(
     height = skeleton.body_height(scenario)
     x, y, _ = scenario.motion.start
     size = _GRID_CELLS * height
-    scene.add_grid(
-        f"{plane}/floor",
-        width=size,
-        height=size,
-        cell_size=0.1,
-        cell_color=surfaces.ground,
-        cell_thickness=0.6,
-        section_size=0.5,
-        section_color=surfaces.ground,
-        section_thickness=1.0,
-        shadow_opacity=0.0,
-        position=(x, y, -height),
-    )
+    _add_grid(scene, f"{plane}/floor", (size, size), (0.1, 0.5), (x, y, -height), surfaces)
     place = np.array([x, y, height])
     return SlideView(scene, f"{plane}/slide", place, 2.0 * height, marks, detail)
 
@@ -395,19 +370,32 @@ def _add_floor(
     bases = np.array([finger.base for finger in scenario.fingers])
     low, high = bases.min(axis=0), bases.max(axis=0)
     middle, size = 0.5 * (low + high), high - low + 2.0 * _FLOOR_MARGIN
-    below = 2.9 * parts.sizes_of(scenario).link_radius
+    below = 2.9 * sizes_of(scenario).link_radius
+    place = (float(middle[0]), float(middle[1]), float(low[2]) - below)
+    _add_grid(scene, name, (float(size[0]), float(size[1])), (0.25, 1.0), place, surfaces)
+
+
+def _add_grid(
+    scene: viser.SceneApi,
+    name: str,
+    size: tuple[float, float],
+    cells: tuple[float, float],
+    place: tuple[float, float, float],
+    surfaces: Surfaces,
+) -> None:
+    """A horizontal grid with fine and coarse cells [m]."""
     scene.add_grid(
         name,
-        width=float(size[0]),
-        height=float(size[1]),
-        cell_size=0.25,
+        width=size[0],
+        height=size[1],
+        cell_size=cells[0],
         cell_color=surfaces.ground,
         cell_thickness=0.6,
-        section_size=1.0,
+        section_size=cells[1],
         section_color=surfaces.ground,
         section_thickness=1.0,
         shadow_opacity=0.0,
-        position=(float(middle[0]), float(middle[1]), float(low[2]) - below),
+        position=place,
     )
 
 

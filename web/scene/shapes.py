@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.scene.solids import prism
+
 Points = NDArray[np.float64]
 
 _SEGMENTS = 28
@@ -43,14 +45,10 @@ def arc(radius: float, start: float, end: float, segments: int = 24) -> Points:
 
 def extrude(outline: Points, back: float, front: float) -> Mesh:
     """A convex outline ``(k, 2)`` as a slab between two depths [m]."""
-    count = len(outline)
-    vertices = np.concatenate([lift(outline, back), lift(outline, front)])
-    index = np.arange(count)
-    following = (index + 1) % count
-    fan = np.stack([np.zeros(count - 2, int), index[1:-1], index[2:]], axis=1)
-    sides = [(index, following, following + count), (index, following + count, index + count)]
-    faces = np.concatenate([fan + count, fan[:, ::-1], *(np.stack(s, axis=1) for s in sides)])
-    return Mesh(vertices, faces.astype(np.uint32))
+    solid = prism(outline, back, front)
+    x, y, depth = solid.points.T
+    vertices = np.stack([x, -depth, y], axis=1).astype(np.float32)
+    return Mesh(vertices, solid.indices.astype(np.uint32))
 
 
 def faceted(vertices: NDArray[np.floating], faces: NDArray[np.unsignedinteger]) -> Mesh:

@@ -11,7 +11,7 @@ from slipgrasp.recordings.palette import CONE, PHASES
 from slipgrasp.scene.states import States
 from slipgrasp.web.model.colours import glow
 from slipgrasp.web.scene.detail import Detail, Follower
-from slipgrasp.web.scene.marks import FullScale, MarkSizes, Trail
+from slipgrasp.web.scene.marks import FullScale, MarkSizes, Trail, add_arrows
 
 Points = NDArray[np.float64]
 
@@ -51,14 +51,7 @@ class SlideView:
         )
         self._top = scene.add_frame(f"{name}/top", show_axes=False)
         self._ball = scene.add_icosphere(f"{name}/top/centre", radius=sizes.tip_radius)
-        self._arrows = scene.add_arrows(
-            f"{name}/top/arrows",
-            np.zeros((2, 2, 3)),
-            np.zeros((2, 3), dtype=np.uint8),
-            shaft_radius=sizes.shaft_radius,
-            head_radius=2.6 * sizes.shaft_radius,
-            head_length=5.0 * sizes.shaft_radius,
-        )
+        self._arrows = add_arrows(scene, f"{name}/top/arrows", 2, sizes.shaft_radius)
         self._phase: ContactPhase | None = None
         self._path: Trail | None = None
         self._follow_top = Follower(detail, self._draw_top)

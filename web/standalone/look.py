@@ -6,8 +6,6 @@ a server without clients.
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -16,7 +14,6 @@ from typing import Any
 import numpy as np
 import viser
 from numpy.typing import NDArray
-from viser import _messages
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.signals import SIGNALS, TraceShape
@@ -33,7 +30,6 @@ from slipgrasp.web.charts.plot import Plot
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.colours import css
 from slipgrasp.web.model.events import phases_in
-from slipgrasp.web.model.intents.playback import ChooseWindow, Zoom
 from slipgrasp.web.model.page_layout import MARGIN, WIDEST_SHEET, Picture, panel_sizes
 from slipgrasp.web.model.playback import (
     SECONDS_PER_PASS,
@@ -45,15 +41,16 @@ from slipgrasp.web.model.playback import (
 )
 from slipgrasp.web.model.sampling import Sample, Sampler, Spot
 from slipgrasp.web.model.view import Shown
-from slipgrasp.web.panels.playback_panel import caption_html, moves_html, window_button
+from slipgrasp.web.panels.playback_panel import caption_html, transport_html
 from slipgrasp.web.panels.strip import strip_html
 from slipgrasp.web.scene.camera import FIELD_OF_VIEW, frame_box
-from slipgrasp.web.scene.close_ups import CLOCK, PACKET, arrays_of, facts_of
+from slipgrasp.web.scene.close_ups import CLOCK, arrays_of, facts_of
 from slipgrasp.web.scene.layout import SceneLayout, reach_and_tick
 from slipgrasp.web.scene.scene import Scene
 from slipgrasp.web.screen import apply_theme
 from slipgrasp.web.standalone.controls import Control
 from slipgrasp.web.standalone.kernel_data import encoded, loads_of
+from slipgrasp.web.standalone.messages import difference, named, of_panels, sent, templates
 from slipgrasp.web.standalone.recorded_scene import Assignment, EverythingMoves, RecordingStage
 from slipgrasp.web.standalone.traced import Program, inputs
 
@@ -63,12 +60,6 @@ _USUAL = (1440, 900)
 _NARROW = 1000
 _PUSH, _TRAIL = "/push", "/trail"
 _REACHES = np.geomspace(1e-6, 1.0, 1201)  # slips for which the scale of close-ups is listed [m]
-_HELP = (
-    '<span class="sg-group"><button type="button" data-sg-help aria-label="Keys" '
-    'title="All keys (?)">?</button></span>'
-)
-_UUID = re.compile(r"[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")
-_RUN_ID = re.compile(r'"run_id":"[0-9a-f]+"')
 # Names of the arrays read by the formulas of the scene: rows with the smallest and the largest slip
 # so far, the two adjacent rows, and the weight of the second; the same for the ghost.
 _OWN, _PALE = ("l", "m", "a", "b", "w"), ("L", "M", "A", "B", "W")
@@ -98,7 +89,7 @@ def look_of(result: RunResult, controls: Sequence[Control]) -> Look:
         dark = capture.messages()
     with _captured(result, controls, dark=False) as capture:
         data, formulas = capture.data(), capture.formulas()
-    data["dark"] = _difference(data["messages"], dark)
+    data["dark"] = difference(data["messages"], dark)
     return Look(data, formulas)
 
 
@@ -138,11 +129,11 @@ class Capture:
         self._layout = self._show_scene()
         self._frame_camera()
         self._add_panels()
-        self._messages = _sent(server)
+        self._messages = sent(server)
 
     def messages(self) -> list[Any]:
         """Initial messages to the viewer."""
-        return _named(self._messages, self._messages)
+        return named(self._messages, self._messages)
 
     def data(self) -> dict[str, Any]:
         """All content except formulas, as plain values."""
@@ -153,7 +144,7 @@ class Capture:
         two, one = self._arrangements()
         data = {
             "messages": self._messages,
-            "scene": {**scene, "numValues": len(program.outputs), "messages": _templates()},
+            "scene": {**scene, "numValues": len(program.outputs), "messages": templates()},
             "html": {name: handle._impl.uuid for name, handle in self._html.items()},
             "controls": self._control_data(),
             "charts": self._chart_data(),
@@ -179,7 +170,7 @@ class Capture:
             },
             "colours": {phase.value: css(PHASES[phase]) for phase in ContactPhase},
         }
-        return _named(data, self._messages)
+        return named(data, self._messages)
 
     def formulas(self) -> str:
         """Module of the formulas; call `data` first."""
@@ -241,17 +232,17 @@ class Capture:
         self._player.float(x=MARGIN, y=-MARGIN)
         self._results.set_width(sizes.results)
         self._server.gui.main_panel.set_width(sizes.scenario)
-        two = _of_panels(_sent(self._server))
+        two = of_panels(sent(self._server))
         self._server.gui.main_panel.dock_below(self._results)
         self._results.set_width(panel_sizes(_NARROW, _USUAL[1]).results)
-        return two, _of_panels(_sent(self._server))
+        return two, of_panels(sent(self._server))
 
     def _player_width(self) -> Any:
         """Message that sets the width of the playback panel."""
         self._player.set_width(_USUAL[0])
         return next(
             message
-            for message in _of_panels(_sent(self._server))
+            for message in of_panels(sent(self._server))
             if message["uuid"] == self._player._impl.uuid and "width" in message
         )
 
@@ -450,105 +441,9 @@ def _add_slider(gui: viser.GuiApi, control: Control) -> viser.GuiInputHandle[flo
 
 def _transports(playback: Playback) -> dict[str, str]:
     """HTML of the playback controls, by playback state and time range."""
+    heads = (replace(playback, playing=playing, pace=None) for playing in (True, False))
     return {
-        f"{str(playing).lower()} {choice.value}": _transport(playback, choice, playing=playing)
-        for playing in (True, False)
+        f"{str(head.playing).lower()} {choice.value}": transport_html(head, choice, is_alone=True)
+        for head in heads
         for choice in (WindowChoice.WHOLE, WindowChoice.CLOSER)
     }
-
-
-def _transport(playback: Playback, choice: WindowChoice, *, playing: bool) -> str:
-    whole, head = ChooseWindow(WindowChoice.WHOLE), replace(playback, playing=playing, pace=None)
-    windows = "".join(
-        (
-            window_button("whole run", choice is WindowChoice.WHOLE, whole),
-            window_button("closer", choice is WindowChoice.CLOSER, Zoom()),
-        )
-    )
-    return (
-        f'<div class="sg-transport">{moves_html(head, with_pace=False)}'
-        f'<span class="sg-group">{windows}</span>{_HELP}</div>'
-    )
-
-
-def _sent(server: viser.ViserServer) -> list[Any]:
-    """Messages sent to a new viewer, as plain values; charts without their lines."""
-    buffer = server._websock_server._broadcast_buffer
-    messages = []
-    for message in list(buffer.message_from_id.values()):
-        arrays: list[memoryview] = []
-        plain = message.as_serializable_dict(arrays)
-        # The page computes the content of close-ups itself.
-        if plain.get("name") not in (PACKET, CLOCK):
-            messages.append(_with_arrays(plain, arrays))
-    return _ordered(messages)
-
-
-def _ordered(messages: list[Any]) -> list[Any]:
-    """Renumbers the elements in messages from 0; viser counts those of all servers."""
-    elements = [m["props"] for m in messages if "order" in m.get("props", ())]
-    ranks = {order: k for k, order in enumerate(sorted(each["order"] for each in elements))}
-    for each in elements:
-        each["order"] = ranks[each["order"]]
-    return messages
-
-
-def _with_arrays(value: Any, arrays: Sequence[memoryview]) -> Any:
-    """Replaces references to arrays in plain values by the arrays."""
-    if isinstance(value, dict):
-        if "__binary_index" in value:
-            array = np.frombuffer(arrays[value["__binary_index"]], value["dtype"])
-            return encoded(array)
-        return {
-            key: _empty(inner) if key == "data" else _with_arrays(inner, arrays)
-            for key, inner in value.items()
-        }
-    if isinstance(value, bytes | memoryview):
-        return encoded(np.frombuffer(value, np.uint8))
-    if isinstance(value, list | tuple):
-        return [_with_arrays(each, arrays) for each in value]
-    return value
-
-
-def _empty(columns: Any) -> Any:
-    """Columns of a chart without their values."""
-    return [encoded(np.empty(0)) for _ in columns]
-
-
-def _of_panels(messages: Sequence[Any]) -> list[Any]:
-    return [message for message in messages if message["type"].startswith("GuiSetPanel")]
-
-
-def _templates() -> dict[str, Any]:
-    """For each property of a node, the message that sets it, and its field with the value."""
-    name, none = "", (0.0, 0.0, 0.0)
-    made = {
-        "position": ("position", _messages.SetPositionMessage(name, none)),
-        "wxyz": ("wxyz", _messages.SetOrientationMessage(name, (1.0, *none))),
-        "visible": ("visible", _messages.SetSceneNodeVisibilityMessage(name, True)),
-        "updates": ("updates", _messages.SceneNodeUpdateMessage(name, {})),
-    }
-    return {
-        key: {"field": field, "message": message.as_serializable_dict([])}
-        for key, (field, message) in made.items()
-    }
-
-
-def _difference(first: Any, second: Any) -> Any:
-    """Replacements that turn plain values into others, by key or index; None if equal."""
-    if isinstance(first, list) and isinstance(second, list) and len(first) == len(second):
-        first, second = dict(enumerate(first)), dict(enumerate(second))
-    if not (isinstance(first, dict) and isinstance(second, dict)) or first.keys() != second.keys():
-        return None if first == second else {"": second}
-    found = {str(key): _difference(inner, second[key]) for key, inner in first.items()}
-    return {key: inner for key, inner in found.items() if inner is not None} or None
-
-
-def _named(value: Any, messages: Sequence[Any]) -> Any:
-    """Replaces random identifiers in plain values, so that pages are reproducible."""
-    names: dict[str, str] = {}
-    for found in _UUID.findall(json.dumps(messages)):
-        names.setdefault(found, f"sg-{len(names)}")
-    text = json.dumps(value, separators=(",", ":"))
-    text = _UUID.sub(lambda found: names.get(found[0], found[0]), text)
-    return json.loads(_RUN_ID.sub('"run_id":"page"', text))

@@ -12,6 +12,7 @@ from slipgrasp.core.run.metrics import HOLD_WINDOW
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.study.definition import Sampling, Study
 from slipgrasp.core.words.endings import end_words
+from slipgrasp.figures.map_data import MapAxis
 from slipgrasp.recordings.study.categories import (
     CATEGORIES,
     HELD,
@@ -19,8 +20,7 @@ from slipgrasp.recordings.study.categories import (
     TOO_SHORT,
     category_of,
 )
-from slipgrasp.web.model.study_map import SIZE, MapAxisPicture, MapPanelPicture, MapPicture, Swatch
-from slipgrasp.web.model.ticks import ticks_of
+from slipgrasp.web.model.study_map import SIZE, MapPanelPicture, MapPicture
 from slipgrasp.web.panels.map_html import map_html
 from slipgrasp.web.standalone.controls import Control
 
@@ -62,29 +62,17 @@ def _template(study: Study, across: Control, up: Control, places: Sequence[int])
     """The map as HTML, with all categories of outcomes in its legend."""
     picture = MapPicture(
         study=study,
-        finished=0,
-        held=0,
         across=_axis(across),
         up=_axis(up),
+        labels=(across.label, up.label),
         panels=(MapPanelPicture({}, "", _CELLS, 0, 0),),
-        swatches=tuple(Swatch(place, CATEGORIES[place].words, 0) for place in places),
-        base=(_axis(across).share(across.value), _axis(up).share(up.value)),
-        diagonal=None,
+        counts=dict.fromkeys(places, 0),
         lumped=1,
         note="",
     )
     return map_html(picture, None)
 
 
-def _axis(control: Control) -> MapAxisPicture:
-    low, high = control.low, control.high
-    ticks = [(value, f"{value:.6g}") for value in ticks_of(low, high, is_log=False)]
-    return MapAxisPicture(
-        key=control.key,
-        label=control.label,
-        low=low,
-        high=high,
-        is_log=False,
-        borders=tuple(np.linspace(0.0, 1.0, _SIDES[-1] + 1).tolist()),
-        ticks=tuple(((value - low) / (high - low), text) for value, text in ticks),
-    )
+def _axis(control: Control) -> MapAxis:
+    edges = np.linspace(control.low, control.high, _SIDES[-1] + 1)
+    return MapAxis(control.key, control.low, control.high, False, edges, control.value)

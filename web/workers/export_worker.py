@@ -1,15 +1,15 @@
-"""Thread that creates export files of a session, one at a time."""
+"""Thread that creates export files of a session."""
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
+from functools import partial
 
 from slipgrasp.core.exceptions import SlipgraspError
 from slipgrasp.web.model.export import ExportFile
 from slipgrasp.web.model.intents.export import ExportFailed, ExportFinished, ExportMoved
 from slipgrasp.web.model.intents.intent import Intent, Send
-from slipgrasp.web.workers.worker import Worker
+from slipgrasp.web.workers.worker import QueueWorker
 
 Progress = Callable[[float], None]
 Make = Callable[[Progress], ExportFile]
@@ -22,17 +22,17 @@ class ExportCancelledError(Exception):
     """Raised if the export was cancelled, or its session has ended."""
 
 
-class ExportWorker(Worker):
-    """Creates a file in a thread that ends with the file.
+class ExportWorker(QueueWorker):
+    """Creates files, one at a time.
 
     Args:
         send: Receives progress and results.
     """
 
     def __init__(self, send: Send) -> None:
+        super().__init__("export")
         self._send = send
-        self._cancelled = threading.Event()
-        self._thread: threading.Thread | None = None
+        self._cancelled = 0
 
     def start(self, number: int, make: Make) -> None:
         """Starts to create a file; the result of the previous one must have been sent.
@@ -41,24 +41,15 @@ class ExportWorker(Worker):
             number: Number of the export, repeated in all results.
             make: Creates the file, and reports the completed fraction.
         """
-        self._cancelled = threading.Event()
-        self._thread = threading.Thread(
-            target=self._work, args=(number, make, self._cancelled), name="export", daemon=True
-        )
-        self._thread.start()
+        self.ask(partial(self._make, number, make))
 
-    def close(self) -> None:
-        """Cancels the current export; this also sends a result."""
-        self._cancelled.set()
+    def cancel(self, number: int) -> None:
+        """Cancels an export; this also sends a result."""
+        self._cancelled = number
 
-    def join(self, timeout: float) -> None:
-        """Waits until the thread has ended [s]."""
-        if self._thread is not None:
-            self._thread.join(timeout)
-
-    def _work(self, number: int, make: Make, cancelled: threading.Event) -> None:
+    def _make(self, number: int, make: Make) -> None:
         def tell(share: float) -> None:
-            if cancelled.is_set():
+            if self.is_closed() or self._cancelled == number:
                 raise ExportCancelledError
             self._send(ExportMoved(number, share))
 

@@ -4,25 +4,12 @@ from __future__ import annotations
 
 import logging
 import threading
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import NamedTuple
 
 Task = Callable[[], None]
 
 _logger = logging.getLogger(__name__)
-
-
-class Worker(ABC):
-    """A thread that works for a session and sends its results as intents."""
-
-    @abstractmethod
-    def close(self) -> None:
-        """Asks the thread to end; data to be stored are still stored."""
-
-    @abstractmethod
-    def join(self, timeout: float) -> None:
-        """Waits for the thread to end, at most `timeout` [s]."""
 
 
 class _Waiting(NamedTuple):
@@ -32,7 +19,7 @@ class _Waiting(NamedTuple):
     must: bool
 
 
-class QueueWorker(Worker):
+class QueueWorker:
     """Runs tasks one after the other; of waiting tasks, only the latest of each subject.
 
     Its thread starts with the first task: most sessions never use most of their workers, and the

@@ -28,6 +28,7 @@ _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 _COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 # Parts of nodes: text, types, and version-dependent attributes.
 _LEFT_OUT = frozenset(("ctx", "kind", "msg", "type_comment", "type_params"))
+_MAX_PARSES = 100
 _PLAIN = (bool, int, float, complex, str, bytes, type(None), type(...))
 
 
@@ -250,7 +251,7 @@ def tree_of(function: Any) -> ast.AST | None:
 def _trees_in(path: str) -> Mapping[str, list[tuple[int, ast.AST]]]:
     """Functions of a file by qualified name, with their first lines."""
     try:
-        module = ast.parse(Path(path).read_bytes())
+        module = _parse(Path(path).read_bytes())
     except (OSError, SyntaxError, ValueError):
         return {}
     found: dict[str, list[tuple[int, ast.AST]]] = {}
@@ -259,6 +260,16 @@ def _trees_in(path: str) -> Mapping[str, list[tuple[int, ast.AST]]]:
         line = min([node.lineno, *(each.lineno for each in decorators)])
         found.setdefault(name, []).append((line, node))
     return found
+
+
+def _parse(code: bytes) -> ast.Module:
+    """Parses code, again if Python 3.11 failed because another thread parsed at the same time."""
+    for _ in range(_MAX_PARSES - 1):
+        try:
+            return ast.parse(code)
+        except SystemError:
+            continue
+    return ast.parse(code)
 
 
 def _functions_in(node: ast.AST, prefix: str) -> Iterator[tuple[str, Any]]:

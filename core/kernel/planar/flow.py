@@ -8,11 +8,11 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.loop.links import combine_links, joint_friction_power
-from slipgrasp.core.kernel.numerics.linear import factor, solve
 from slipgrasp.core.kernel.planar.dynamics import (
     add_joint_friction,
     update_unit_dynamics,
 )
+from slipgrasp.core.kernel.planar.inertia import factor, solve
 from slipgrasp.core.kernel.planar.kinematics import (
     mistake_lengths,
     to_contact_frame,

@@ -12,7 +12,7 @@ from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Record
-from slipgrasp.core.kernel.numerics.linear import solve
+from slipgrasp.core.kernel.planar.inertia import solve
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.reduced import apply_tip_forces, assemble_bias, torques_to_forces
 from slipgrasp.core.kernel.planar.state import STATE, count_coordinates, reduced_at, slip_coordinate

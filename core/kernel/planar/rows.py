@@ -15,7 +15,6 @@ from slipgrasp.core.kernel.loop.rows import (
     row_layout,
     set_value,
 )
-from slipgrasp.core.kernel.numerics.linear import condition
 from slipgrasp.core.kernel.planar.controllability import find_controllable
 from slipgrasp.core.kernel.planar.dynamics import stored_energy
 from slipgrasp.core.kernel.planar.flow import (
@@ -25,6 +24,7 @@ from slipgrasp.core.kernel.planar.flow import (
     update_mechanics,
 )
 from slipgrasp.core.kernel.planar.guards import friction_margin
+from slipgrasp.core.kernel.planar.inertia import condition
 from slipgrasp.core.kernel.planar.kinematics import joint_position
 from slipgrasp.core.kernel.planar.law import lyapunov_value, true_value
 from slipgrasp.core.kernel.planar.laws.interface import adapt

@@ -9,9 +9,9 @@ from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Integers, Record
 from slipgrasp.core.kernel.loop.friction import has_static_excess
 from slipgrasp.core.kernel.loop.guards import FORCE_BAND
-from slipgrasp.core.kernel.numerics.linear import solve
 from slipgrasp.core.kernel.planar.flow import flow
 from slipgrasp.core.kernel.planar.guards import friction_margin
+from slipgrasp.core.kernel.planar.inertia import solve
 from slipgrasp.core.kernel.planar.model import MODEL
 from slipgrasp.core.kernel.planar.state import (
     STATE,

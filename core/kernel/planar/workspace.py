@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from slipgrasp.core.kernel.compilation.records import MAX_COORDINATES, MAX_FINGERS, MAX_SIDE
-from slipgrasp.core.kernel.numerics.linear import FACTORS
 from slipgrasp.core.kernel.numerics.quadratic import QUADRATIC
 from slipgrasp.core.kernel.planar.dynamics import TIP_DYNAMICS, UNIT_DYNAMICS
+from slipgrasp.core.kernel.planar.inertia import FACTORS
 from slipgrasp.core.kernel.planar.kinematics import KINEMATICS
 from slipgrasp.core.kernel.planar.model import TRUTH
 from slipgrasp.core.kernel.planar.state import STATE

@@ -11,7 +11,12 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Floats, Record
 from slipgrasp.core.kernel.spatial.model import MODEL
-from slipgrasp.core.kernel.spatial.state import STATE, slip_velocity_at, velocity_at
+from slipgrasp.core.kernel.spatial.state import (
+    STATE,
+    slip_coordinate,
+    slip_velocity_at,
+    velocity_at,
+)
 from slipgrasp.core.kernel.spatial.torsion_contacts import spatial_soft_newton
 from slipgrasp.core.kernel.spatial.torsion_equations import move_tip, spatial_mobility
 from slipgrasp.core.kernel.spatial.torsion_layout import FREE, MOVING, NORMAL, ROWS, STUCK, TURN
@@ -461,4 +466,4 @@ def respond_to_tip_force(model: Record, discrete: Record, work: Record, i: int, 
             _, dx, dy, dz = slip_forces(work, torsion.motion, j, own * x, own * y, own * z)
         for tangent in range(2):
             moved = along_tangent(work.kin, j, tangent, dx, dy, dz)
-            torsion.responding[6 + 2 * j + tangent] = moved
+            torsion.responding[slip_coordinate(j, tangent)] = moved

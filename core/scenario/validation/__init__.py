@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 from slipgrasp.core.exceptions import FieldError, ScenarioError
-from slipgrasp.core.scenario import (
-    RailScenario,
-    Scenario,
-    SpatialScenario,
-    SupportScenario,
-)
+from slipgrasp.core.scenario import PLANAR, RAIL, SPATIAL, SUPPORT, Scenario, Space
 from slipgrasp.core.scenario.field_errors import refuse_other_types
 from slipgrasp.core.scenario.validation.control import (
     check_control,
@@ -42,12 +38,7 @@ from slipgrasp.core.scenario.validation.world import (
     check_times,
 )
 
-__all__ = ["check_scenario"]
-
-_CHECKS = (
-    check_outline,
-    check_faces,
-    check_start_pose,
+_CONTROL = (
     check_trajectory,
     check_estimates,
     check_gains,
@@ -56,37 +47,20 @@ _CHECKS = (
     check_law_parameters,
     check_control,
     check_normal_forces,
-    check_sampled,
-    check_latency,
-    check_times,
-    check_static_friction,
-    check_patches,
-    check_pulses,
 )
-
-_SPATIAL_CHECKS = (
-    check_outline,
-    check_body,
-    check_spatial_contacts,
-    check_trajectory,
-    check_estimates,
-    check_gains,
-    check_least_gain,
-    check_lyapunov_matrix,
-    check_law_parameters,
-    check_control,
-    check_normal_forces,
-    check_latency,
-    check_sampled_only,
-    check_pads,
-    check_times,
-    check_static_friction,
-    check_patches,
-    check_pulses,
-)
-
-_SUPPORT_CHECKS = (check_outline, check_times, check_static_friction, check_pulses)
-_RAIL_CHECKS = (check_rail, check_times, check_static_friction)
+_EVENTS = (check_times, check_static_friction, check_patches, check_pulses)
+_CHECKS: dict[Space, tuple[Callable[[Any], Iterator[FieldError]], ...]] = {
+    PLANAR: (
+        *(check_outline, check_faces, check_start_pose),
+        *(*_CONTROL, check_sampled, check_latency, *_EVENTS),
+    ),
+    SPATIAL: (
+        *(check_outline, check_body, check_spatial_contacts),
+        *(*_CONTROL, check_sampled_only, check_latency, check_pads, *_EVENTS),
+    ),
+    SUPPORT: (check_outline, check_times, check_static_friction, check_pulses),
+    RAIL: (check_rail, check_times, check_static_friction),
+}
 
 
 def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
@@ -103,23 +77,8 @@ def check_scenario(scenario: Scenario, *, with_law: bool = True) -> None:
     checks_law = with_law and scenario.space.has_hand
     errors = [*check_law(scenario), *check_computed(scenario)] if checks_law else []
     unknown = {error.field for error in errors}
-    others = list(_contradictions(scenario))
+    others = [error for check in _CHECKS[scenario.space] for error in check(scenario)]
     # The requirements of an unknown law cannot be checked.
     errors += (error for error in others if error.field not in unknown)
     if errors:
         raise ScenarioError(errors)
-
-
-def _contradictions(scenario: Scenario) -> Iterator[FieldError]:
-    if isinstance(scenario, SupportScenario):
-        for check in _SUPPORT_CHECKS:
-            yield from check(scenario)
-    elif isinstance(scenario, RailScenario):
-        for check in _RAIL_CHECKS:
-            yield from check(scenario)
-    elif isinstance(scenario, SpatialScenario):
-        for check in _SPATIAL_CHECKS:
-            yield from check(scenario)
-    else:
-        for check in _CHECKS:
-            yield from check(scenario)

@@ -1,7 +1,8 @@
-"""Checks of chains of joints, in the plane and in space."""
+"""Checks of the links and joints of fingers, in the plane and in space."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from slipgrasp.core.exceptions import FieldError
@@ -14,6 +15,7 @@ from slipgrasp.core.scenario.chain import (
     range_of,
 )
 
+LEAST_SINE = 1e-3  # of the last joint at the start
 _ENDS, _LIMITS = ("minimum", "maximum"), ("at least", "at most")
 
 
@@ -33,22 +35,22 @@ def check_joints(field: str, joints: Sequence[ChainJoint], count: int) -> Iterat
                 ": lock the others when importing the hand (--lock JOINT=POSITION), or couple them "
                 f"to these ({field}.{own[-1]}.follows)"
             )
-        yield error(field, float(len(own)), f"{count} joints", words)
+        yield FieldError(field, float(len(own)), f"{count} joints", words)
     if not any(joint.mass > 0.0 for joint in joints):
         words = f"{field} have no mass; set the mass of the last one"
-        yield error(field, 0.0, "above 0 kg", words)
+        yield FieldError(field, 0.0, "above 0 kg", words)
     for k, joint in enumerate(joints):
         key, (low, high) = f"{field}.{k}", range_of(joint)
         if not all(map(any, (joint.axis, joint.attitude))):
             words = f"{key} has an axis or an attitude of length 0; give it a direction"
-            yield error(key, 0.0, "not 0, 0, 0", words)
+            yield FieldError(key, 0.0, "not 0, 0, 0", words)
         if joint.follows is not None and joint.follows not in own:
             limit = ", ".join(map(str, own))
             words = f"{key}.follows is {joint.follows}, which is not an independent joint: {limit}"
-            yield error(f"{key}.follows", joint.follows, limit, words)
+            yield FieldError(f"{key}.follows", joint.follows, limit, words)
         if not low < high:
             words = f"{key}.minimum is {low:g}, which is not below {key}.maximum, {high:g}"
-            yield error(f"{key}.minimum", low, f"below {high:g}", words)
+            yield FieldError(f"{key}.minimum", low, f"below {high:g}", words)
 
 
 def check_within_limits(
@@ -70,9 +72,29 @@ def check_within_limits(
             f"fingers.{i} starts with joint {k + 1} at {positions[k]:.4g}, beyond {key}, "
             f"{limit:g}; move the base, the start pose or the posture"
         )
-        yield error(key, float(positions[k]), f"{_LIMITS[side]} {limit:g}", words)
+        yield FieldError(key, float(positions[k]), f"{_LIMITS[side]} {limit:g}", words)
 
 
-def error(field: str, value: float | None, limit: str, message: str) -> FieldError:
-    """An invalid value of a field."""
-    return FieldError(field=field, value=value, limit=limit, message=message)
+def check_reach(i: int, lengths: tuple[float, float], distance: float) -> Iterator[FieldError]:
+    """Checks that finger ``i`` with two links reaches its contact, not straight or folded.
+
+    Args:
+        i: The finger.
+        lengths: Lengths of its links [m].
+        distance: Distance of its contact from its base [m].
+    """
+    first, second = lengths
+    cosine = (distance**2 - first**2 - second**2) / (2.0 * first * second)
+    limit = f"{abs(first - second):g} … {first + second:g} m"
+    if abs(cosine) > 1.0:
+        words = (
+            f"fingers.{i} cannot reach its contact: it is {distance:.4g} m from the base, the "
+            f"finger reaches {limit}; move the base or the start pose, or lengthen the links"
+        )
+        yield FieldError(f"fingers.{i}.base", distance, limit, words)
+    elif math.sqrt(1.0 - cosine**2) < LEAST_SINE:
+        words = (
+            f"fingers.{i} starts straight or folded (singular): its contact is {distance:.4g} m "
+            "from the base; move the base or the start pose"
+        )
+        yield FieldError(f"fingers.{i}.base", distance, f"inside {limit}", words)

@@ -38,12 +38,8 @@ def check_gains(scenario: Scenario) -> Iterator[FieldError]:
     for name, size in sizes.items():
         value = getattr(scenario.controller, name)
         if isinstance(value, tuple) and len(value) != size:
-            yield FieldError(
-                field=f"controller.{name}",
-                value=len(value),
-                limit=f"{size} numbers",
-                message=f"controller.{name} has {len(value)} numbers; give one number, or {size}",
-            )
+            words = f"has {len(value)} numbers; give one number, or {size}"
+            yield FieldError.at(f"controller.{name}", len(value), f"{size} numbers", words)
 
 
 def check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
@@ -52,15 +48,12 @@ def check_least_gain(scenario: Scenario) -> Iterator[FieldError]:
         gain = getattr(scenario.controller, name)
         for value in gain if isinstance(gain, tuple) else (gain,):
             if 0.0 < value < MIN_POSITION_GAIN:
-                yield FieldError(
-                    field=f"controller.{name}",
-                    value=value,
-                    limit=f"0 or at least {MIN_POSITION_GAIN:g} 1/s²",
-                    message=(
-                        f"controller.{name} is {value:g} 1/s²; 0 means no position feedback, "
-                        f"otherwise at least {MIN_POSITION_GAIN:g} 1/s²"
-                    ),
+                words = (
+                    f"is {value:g} 1/s²; 0 means no position feedback, otherwise at least "
+                    f"{MIN_POSITION_GAIN:g} 1/s²"
                 )
+                limit = f"0 or at least {MIN_POSITION_GAIN:g} 1/s²"
+                yield FieldError.at(f"controller.{name}", value, limit, words)
 
 
 def check_lyapunov_matrix(scenario: Scenario) -> Iterator[FieldError]:
@@ -72,40 +65,28 @@ def check_lyapunov_matrix(scenario: Scenario) -> Iterator[FieldError]:
     sizes = [len(rows), *map(len, rows)]
     if wrong := next((given for given in sizes if given != size), None):
         what = "rows" if len(rows) != size else "numbers in a row"
-        yield FieldError(
-            field=key,
-            value=wrong,
-            limit=f"{size} rows of {size} numbers",
-            message=(
-                f"{key}: {wrong} instead of {size} {what}; give {size} rows of {size} numbers, or "
-                "none"
-            ),
+        words = (
+            f"{key}: {wrong} instead of {size} {what}; give {size} rows of {size} numbers, or none"
         )
+        yield FieldError(key, wrong, f"{size} rows of {size} numbers", words)
         return
     matrix = np.array(rows)
     if len(uneven := np.argwhere(matrix != matrix.T)):
         j, k = map(int, uneven[0])
-        yield FieldError(
-            field=f"{key}.{j}.{k}",
-            value=rows[j][k],
-            limit=f"{rows[k][j]:g}",
-            message=(
-                f"{key}.{j}.{k} is {rows[j][k]:g} and {key}.{k}.{j} is {rows[k][j]:g}; Q is "
-                "symmetric, give both the same value"
-            ),
+        words = (
+            f"is {rows[j][k]:g} and {key}.{k}.{j} is {rows[k][j]:g}; Q is symmetric, give both the "
+            "same value"
         )
+        yield FieldError.at(f"{key}.{j}.{k}", rows[j][k], f"{rows[k][j]:g}", words)
         return
     least, *_, greatest = np.linalg.eigvalsh(matrix)
     if not least > LEAST_EIGENVALUE * greatest:
-        yield FieldError(
-            field=key,
-            value=float(least),
-            limit=f"eigenvalues above {LEAST_EIGENVALUE:g} of the greatest",
-            message=(
-                f"{key} has the eigenvalue {least:g} next to {greatest:g}; Q must be positive "
-                "definite: raise its diagonal or lower the elements next to it"
-            ),
+        words = (
+            f"has the eigenvalue {least:g} next to {greatest:g}; Q must be positive definite: "
+            "raise its diagonal or lower the elements next to it"
         )
+        limit = f"eigenvalues above {LEAST_EIGENVALUE:g} of the greatest"
+        yield FieldError.at(key, float(least), limit, words)
 
 
 def check_law(scenario: Scenario) -> Iterator[FieldError]:
@@ -119,30 +100,22 @@ def check_law(scenario: Scenario) -> Iterator[FieldError]:
     for key, kind in asked.items():
         if kind not in names:
             near = nearest(kind, names)
-            yield FieldError(
-                field=key,
-                value=shortened(kind),
-                limit=f"one of {', '.join(names)}",
-                message=(
-                    f"{key}: '{shortened(kind)}' is not a known control law{near}; "
-                    f"laws: {', '.join(names)}"
-                ),
+            words = (
+                f"{key}: '{shortened(kind)}' is not a known control law{near}; laws: "
+                f"{', '.join(names)}"
             )
+            yield FieldError(key, shortened(kind), f"one of {', '.join(names)}", words)
 
 
 def check_law_parameters(scenario: Scenario) -> Iterator[FieldError]:
     """Checks that a run has at most one custom law, with parameters that it declares."""
     own = [kind for kind in kinds_in(scenario) if kind not in CONTROL_LAWS]
     if len(own) > 1:
-        yield FieldError(
-            field="controller.kind",
-            value=own[1],
-            limit="one custom law",
-            message=(
-                f"controller.kind: '{own[1]}' would follow '{own[0]}' in one run, but a run can "
-                "use only one custom law; choose one of them"
-            ),
+        words = (
+            f"controller.kind: '{own[1]}' would follow '{own[0]}' in one run, but a run can use "
+            "only one custom law; choose one of them"
         )
+        yield FieldError("controller.kind", own[1], "one custom law", words)
     law = custom_law(own[0]) if own else None
     for name, value in scenario.controller.parameters.items() if law is not None else ():
         declared = law.parameters.get(name) if law is not None else None
@@ -150,26 +123,23 @@ def check_law_parameters(scenario: Scenario) -> Iterator[FieldError]:
         if declared is None:
             near = nearest(name, law.parameters if law else ())
             message = f"{key}: the law '{own[0]}' has no such parameter{near}"
-            yield FieldError(field=key, value=value, limit=None, message=message)
+            yield FieldError(key, value, None, message)
         elif not declared.minimum <= value <= declared.maximum:
             limit = f"{declared.minimum:g} … {declared.maximum:g} {declared.unit}"
             message = f"{key} is {value:g}; allowed: {limit}"
-            yield FieldError(field=key, value=value, limit=limit, message=message)
+            yield FieldError(key, value, limit, message)
 
 
 def check_control(scenario: Scenario) -> Iterator[FieldError]:
     """Checks that the control period is 0 or long enough."""
     period = scenario.controller.control_period
     if 0.0 < period < MIN_CONTROL_PERIOD:
-        yield FieldError(
-            field="controller.control_period",
-            value=period,
-            limit=f"0 or at least {MIN_CONTROL_PERIOD:g} s",
-            message=(
-                f"controller.control_period is {period:g} s; 0 means continuous control, otherwise"
-                f" at least {MIN_CONTROL_PERIOD:g} s"
-            ),
+        words = (
+            f"is {period:g} s; 0 means continuous control, otherwise at least "
+            f"{MIN_CONTROL_PERIOD:g} s"
         )
+        limit = f"0 or at least {MIN_CONTROL_PERIOD:g} s"
+        yield FieldError.at("controller.control_period", period, limit, words)
 
 
 def check_normal_forces(scenario: Scenario) -> Iterator[FieldError]:
@@ -182,15 +152,11 @@ def check_normal_forces(scenario: Scenario) -> Iterator[FieldError]:
     for name in names:
         force = getattr(controller, name)
         if most is not None and force > most:
-            yield FieldError(
-                field=f"controller.{name}",
-                value=force,
-                limit=f"at most {most:g} N",
-                message=(
-                    f"controller.{name} is {force:g} N, more than controller.maximum_normal_force,"
-                    f" {most:g} N; lower it, or raise or omit the maximum"
-                ),
+            words = (
+                f"is {force:g} N, more than controller.maximum_normal_force, {most:g} N; lower it, "
+                "or raise or omit the maximum"
             )
+            yield FieldError.at(f"controller.{name}", force, f"at most {most:g} N", words)
 
 
 def check_sampled(scenario: Scenario) -> Iterator[FieldError]:
@@ -199,15 +165,11 @@ def check_sampled(scenario: Scenario) -> Iterator[FieldError]:
         return
     for key, value in _needs_ticks(of_hand(scenario)):
         shown = f"'{value}'" if isinstance(value, str) else str(value).lower()
-        yield FieldError(
-            field=key,
-            value=value,
-            limit="sampled control",
-            message=(
-                f"{key} is {shown}, which needs sampled control; set controller.control_period, "
-                "for example to 0.001 s"
-            ),
+        words = (
+            f"is {shown}, which needs sampled control; set controller.control_period, for example "
+            "to 0.001 s"
         )
+        yield FieldError.at(key, value, "sampled control", words)
 
 
 def _needs_ticks(scenario: HandScenario) -> Iterator[tuple[str, float | bool | str]]:
@@ -235,17 +197,13 @@ def _needs_ticks(scenario: HandScenario) -> Iterator[tuple[str, float | bool | s
 def check_latency(scenario: Scenario) -> Iterator[FieldError]:
     """Checks that the latency fits into the command queue."""
     controller = of_hand(scenario).controller
-    longest = MAX_LATENCY_PERIODS * controller.control_period
-    if 0.0 < longest < controller.latency * (1.0 - ROUNDING):
-        yield FieldError(
-            field="controller.latency",
-            value=controller.latency,
-            limit=f"at most {longest:g} s",
-            message=(
-                f"controller.latency is {controller.latency:g} s, more than {MAX_LATENCY_PERIODS} "
-                f"control periods ({longest:g} s); lower it or raise controller.control_period"
-            ),
+    latency, longest = controller.latency, MAX_LATENCY_PERIODS * controller.control_period
+    if 0.0 < longest < latency * (1.0 - ROUNDING):
+        words = (
+            f"is {latency:g} s, more than {MAX_LATENCY_PERIODS} control periods "
+            f"({longest:g} s); lower it or raise controller.control_period"
         )
+        yield FieldError.at("controller.latency", latency, f"at most {longest:g} s", words)
 
 
 def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
@@ -255,49 +213,29 @@ def check_estimates(scenario: Scenario) -> Iterator[FieldError]:
     inertia = re.sub(r"\d$", "K", scenario.space.inertias[0])
     masses = ", ".join(_forms_of_masses(scenario))
     for i, estimate in enumerate(scenario.estimates):
-        key = f"estimates.{i}"
+        key, name = f"estimates.{i}.parameter", estimate.parameter[:80]
         unknown = parse_unknown(scenario, estimate.parameter)
         if unknown is None:
-            yield FieldError(
-                field=f"{key}.parameter",
-                value=estimate.parameter[:80],
-                limit=f"object.mass, {inertia}, fingers.N.friction, {masses}",
-                message=(
-                    f"{key}.parameter '{estimate.parameter[:80]}' cannot be estimated; "
-                    f"object.mass, {inertia}, fingers.N.friction and {masses} can"
-                ),
-            )
+            known = f"object.mass, {inertia}, fingers.N.friction"
+            words = f"'{name}' cannot be estimated; {known} and {masses} can"
+            yield FieldError.at(key, name, f"{known}, {masses}", words)
             continue
         if estimate.parameter in seen:
-            yield FieldError(
-                field=f"{key}.parameter",
-                value=estimate.parameter,
-                limit="each parameter once",
-                message=f"{key}.parameter '{estimate.parameter}' is estimated twice",
-            )
+            yield FieldError.at(key, name, "each parameter once", f"'{name}' is estimated twice")
         seen.add(estimate.parameter)
         kinds.add(unknown.kind)
         low = -math.inf if estimate.minimum is None else estimate.minimum
         high = math.inf if estimate.maximum is None else estimate.maximum
         if not low <= estimate.initial <= high or low >= high:
-            yield FieldError(
-                field=f"{key}.initial",
-                value=estimate.initial,
-                limit=f"{low:g} … {high:g}",
-                message=(
-                    f"{key}.initial is {estimate.initial:g}, outside its bounds {low:g} … {high:g}"
-                ),
-            )
+            limit = f"{low:g} … {high:g}"
+            words = f"is {estimate.initial:g}, outside its bounds {limit}"
+            yield FieldError.at(f"estimates.{i}.initial", estimate.initial, limit, words)
     if {"link_mass", "friction"} <= kinds:
-        yield FieldError(
-            field="estimates",
-            value=None,
-            limit="link masses or friction, not both",
-            message=(
-                "estimates: link masses and friction cannot be estimated together, because their "
-                "product makes the regression bilinear; estimate one kind and set the other"
-            ),
+        words = (
+            "estimates: link masses and friction cannot be estimated together, because their "
+            "product makes the regression bilinear; estimate one kind and set the other"
         )
+        yield FieldError("estimates", None, "link masses or friction, not both", words)
 
 
 def _forms_of_masses(scenario: Scenario) -> list[str]:

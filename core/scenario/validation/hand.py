@@ -8,14 +8,17 @@ from collections.abc import Iterator
 import numpy as np
 
 from slipgrasp.core.exceptions import FieldError
-from slipgrasp.core.scenario import FingerParameters, PlanarScenario
+from slipgrasp.core.scenario import PlanarScenario
 from slipgrasp.core.scenario.chain import NUM_PLANAR_JOINTS, ChainJoint, has_limits, range_of
 from slipgrasp.core.scenario.geometry import contact_frame, planar_tip_at_start, tip_distance
 from slipgrasp.core.scenario.planar_chain import planar_chain_start
-from slipgrasp.core.scenario.validation.chains import check_joints, check_within_limits, error
+from slipgrasp.core.scenario.validation.chains import (
+    LEAST_SINE,
+    check_joints,
+    check_reach,
+    check_within_limits,
+)
 from slipgrasp.core.scenario.validation.outline import check_outline
-
-MIN_SINE_OF_SECOND_JOINT = 1e-3
 
 
 def check_faces(scenario: PlanarScenario) -> Iterator[FieldError]:
@@ -24,15 +27,10 @@ def check_faces(scenario: PlanarScenario) -> Iterator[FieldError]:
     for i, finger in enumerate(scenario.fingers):
         if finger.face not in names:
             shape = _shape_words(scenario)
-            yield FieldError(
-                field=f"fingers.{i}.face",
-                value=finger.face,
-                limit=", ".join(names),
-                message=(
-                    f"fingers.{i}.face is '{finger.face}', but the object is {shape} with the "
-                    f"faces {', '.join(names)}"
-                ),
+            words = (
+                f"is '{finger.face}', but the object is {shape} with the faces {', '.join(names)}"
             )
+            yield FieldError.at(f"fingers.{i}.face", finger.face, ", ".join(names), words)
 
 
 def _shape_words(scenario: PlanarScenario) -> str:
@@ -49,17 +47,11 @@ def check_start_pose(scenario: PlanarScenario) -> Iterator[FieldError]:
         frame = contact_frame(scenario.object, finger)
         if not frame.slip_minimum < 0.0 < frame.slip_maximum:
             half = 0.5 * (frame.slip_maximum - frame.slip_minimum)
-            yield FieldError(
-                field=f"fingers.{i}.contact_offset",
-                value=finger.contact_offset,
-                limit=f"-{half:g} … {half:g} m",
-                message=(
-                    f"fingers.{i}.contact_offset is {finger.contact_offset:g} m, beyond the end of"
-                    f" the face at {half:g} m"
-                ),
-            )
+            key, offset = f"fingers.{i}.contact_offset", finger.contact_offset
+            words = f"is {offset:g} m, beyond the end of the face at {half:g} m"
+            yield FieldError.at(key, offset, f"-{half:g} … {half:g} m", words)
         if finger.kind == "links":
-            yield from _check_reach(i, finger, tip_distance(scenario, i))
+            yield from check_reach(i, finger.link_lengths, tip_distance(scenario, i))
         elif finger.kind == "chain":
             yield from _check_chain(scenario, i)
 
@@ -74,12 +66,12 @@ def _check_chain(scenario: PlanarScenario, i: int) -> Iterator[FieldError]:
     for k, joint in enumerate(joints):
         yield from _check_turn(f"fingers.{i}.joints.{k}", joint)
     start = planar_chain_start(finger, planar_tip_at_start(scenario, i))
-    if start is None or start.sine < MIN_SINE_OF_SECOND_JOINT:
+    if start is None or start.sine < LEAST_SINE:
         words = (
             f"fingers.{i} cannot reach its contact, or is singular there; move the base, the start "
             "pose or the joints"
         )
-        yield error(f"fingers.{i}.base", None, "within reach", words)
+        yield FieldError(f"fingers.{i}.base", None, "within reach", words)
         return
     yield from check_within_limits(i, joints, np.array(start.positions))
 
@@ -92,31 +84,4 @@ def _check_turn(key: str, joint: ChainJoint) -> Iterator[FieldError]:
             f"{key} turns in the plane and has limits {low:g} and {high:g}, but both have to be "
             "given, less than one turn apart, or none"
         )
-        yield error(f"{key}.maximum", high, "less than 2 pi above the minimum", words)
-
-
-def _check_reach(i: int, finger: FingerParameters, distance: float) -> Iterator[FieldError]:
-    first, second = finger.link_lengths
-    cosine = (distance**2 - first**2 - second**2) / (2.0 * first * second)
-    near, far = abs(first - second), first + second
-    if abs(cosine) > 1.0:
-        yield FieldError(
-            field=f"fingers.{i}.base",
-            value=distance,
-            limit=f"{near:g} … {far:g} m",
-            message=(
-                f"fingers.{i} cannot reach its contact: it is {distance:.4g} m from the base, the "
-                f"finger reaches {near:g} … {far:g} m; move the base or the start pose, or "
-                "lengthen the links"
-            ),
-        )
-    elif math.sqrt(1.0 - cosine**2) < MIN_SINE_OF_SECOND_JOINT:
-        yield FieldError(
-            field=f"fingers.{i}.base",
-            value=distance,
-            limit=f"inside {near:g} … {far:g} m",
-            message=(
-                f"fingers.{i} starts straight or folded (singular): its contact is {distance:.4g} "
-                "m from the base; move the base or the start pose"
-            ),
-        )
+        yield FieldError(f"{key}.maximum", high, "less than 2 pi above the minimum", words)

@@ -36,12 +36,8 @@ def not_computed(scenario: Scenario, key: str, shown: str, way_out: str) -> Fiel
         way_out: Remedy.
     """
     hands = f"{scenario.space.name} hands"
-    return FieldError(
-        field=key,
-        value=shown,
-        limit=way_out,
-        message=f"{key} is {shown}, which is not computed for {hands} yet; {way_out}",
-    )
+    words = f"is {shown}, which is not computed for {hands} yet; {way_out}"
+    return FieldError.at(key, shown, way_out, words)
 
 
 def _words_of(value: object) -> str:

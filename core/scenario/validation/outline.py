@@ -35,28 +35,18 @@ def check_outline(scenario: Scenario) -> Iterator[FieldError]:
 
 def _shape_error(scenario: Scenario) -> FieldError:
     shape = scenario.object.shape
-    return FieldError(
-        field="object.corners",
-        value=len(scenario.object.corners),
-        limit="none",
-        message=(
-            f"object.corners are given, but object.shape is '{shape}', which has none; omit them "
-            "or choose the other shape"
-        ),
+    words = (
+        f"are given, but object.shape is '{shape}', which has none; omit them or choose the other "
+        "shape"
     )
+    return FieldError.at("object.corners", len(scenario.object.corners), "none", words)
 
 
 def _count_error(edges: Vectors) -> FieldError | None:
     if len(edges) >= 3:
         return None
-    return FieldError(
-        field="object.corners",
-        value=len(edges),
-        limit="at least 3 corners, or none",
-        message=(
-            f"object.corners are {len(edges)}; give at least 3, or none for a rectangle or a box"
-        ),
-    )
+    words = f"are {len(edges)}; give at least 3, or none for a rectangle or a box"
+    return FieldError.at("object.corners", len(edges), "at least 3 corners, or none", words)
 
 
 def _length_error(edges: Vectors) -> FieldError | None:
@@ -64,15 +54,12 @@ def _length_error(edges: Vectors) -> FieldError | None:
     k = int(lengths.argmin())
     if lengths[k] >= MIN_EDGE:
         return None
-    return FieldError(
-        field=f"object.corners.{k}",
-        value=float(lengths[k]),
-        limit=f"edges of at least {MIN_EDGE:g} m",
-        message=(
-            f"object.corners: edge-{k} is {lengths[k]:.3g} m long, less than the minimum "
-            f"{MIN_EDGE:g} m; move its corners apart or omit one"
-        ),
+    words = (
+        f"object.corners: edge-{k} is {lengths[k]:.3g} m long, less than the minimum {MIN_EDGE:g} "
+        "m; move its corners apart or omit one"
     )
+    limit = f"edges of at least {MIN_EDGE:g} m"
+    return FieldError(f"object.corners.{k}", float(lengths[k]), limit, words)
 
 
 def _turn_error(edges: Vectors) -> FieldError | None:
@@ -92,27 +79,20 @@ def _turn_error(edges: Vectors) -> FieldError | None:
             f"do not turn left at corner {k}; the corners of a convex polygon, counterclockwise, "
             "all turn left: move or omit this one"
         )
-    return FieldError(
-        field=field,
-        value=f"{np.degrees(turns.min()):.3g} degrees",
-        limit="convex, counterclockwise",
-        message=f"object.corners {words}",
-    )
+    least, limit = f"{np.degrees(turns.min()):.3g} degrees", "convex, counterclockwise"
+    return FieldError(field, least, limit, f"object.corners {words}")
 
 
 def _centre_errors(corners: Vectors, edges: Vectors) -> Iterator[FieldError]:
     depths = _cross(corners, edges) / np.hypot(edges[:, 0], edges[:, 1])
     k = int(depths.argmin())
     if depths[k] <= 0.0:
-        yield FieldError(
-            field="object.corners",
-            value=float(depths[k]),
-            limit="the centre of mass (0, 0) strictly inside",
-            message=(
-                f"object.corners: the centre of mass (0, 0) lies {-depths[k]:.3g} m beyond edge-{k}"
-                "; give the corners relative to the centre of mass"
-            ),
+        words = (
+            f"object.corners: the centre of mass (0, 0) lies {-depths[k]:.3g} m beyond edge-{k}; "
+            "give the corners relative to the centre of mass"
         )
+        limit = "the centre of mass (0, 0) strictly inside"
+        yield FieldError("object.corners", float(depths[k]), limit, words)
 
 
 def _cross(a: Vectors, b: Vectors) -> Vectors:

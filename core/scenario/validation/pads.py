@@ -33,12 +33,8 @@ def check_pads(scenario: SpatialScenario) -> Iterator[FieldError]:
 
 
 def _refused(field: str, shown: str, way_out: str) -> FieldError:
-    return FieldError(
-        field=field,
-        value=shown,
-        limit=way_out,
-        message=(
-            f"{field} is {shown}, which is not computed for soft fingertips yet; {way_out}, or "
-            "every fingers.*.pad_radius to 0"
-        ),
+    words = (
+        f"is {shown}, which is not computed for soft fingertips yet; {way_out}, or every "
+        "fingers.*.pad_radius to 0"
     )
+    return FieldError.at(field, shown, way_out, words)

@@ -7,15 +7,15 @@ from collections.abc import Iterator
 
 from slipgrasp.core.exceptions import FieldError
 from slipgrasp.core.scenario.rail import RailScenario
+from slipgrasp.core.scenario.validation.trajectory import check_moves
 
 _LEAST_SINE = 0.05  # of the second joint at the start
-_OVERLAP = 1e-12  # [s]
 
 
 def check_rail(scenario: RailScenario) -> Iterator[FieldError]:
     """Checks reach, the order of motions, and the gains that Theorem 3 needs."""
     yield from _check_reach(scenario)
-    yield from _check_moves(scenario)
+    yield from check_moves(scenario.trajectory.set_points)
     yield from _check_adaptation(scenario)
 
 
@@ -28,30 +28,12 @@ def _check_reach(scenario: RailScenario) -> Iterator[FieldError]:
     bend = (distance**2 - first**2 - second**2) / (2.0 * first * second)
     if not abs(bend) < math.sqrt(1.0 - _LEAST_SINE**2):
         low, high = abs(first - second), first + second
-        yield FieldError(
-            field="finger.base",
-            value=distance,
-            limit=f"{low:g} … {high:g} m from the contact",
-            message=(
-                f"finger.base is {distance:.4g} m from the contact, where the finger is straight, "
-                f"folded or too short; place it between {low:g} and {high:g} m from the contact"
-            ),
+        words = (
+            f"is {distance:.4g} m from the contact, where the finger is straight, folded or too "
+            f"short; place it between {low:g} and {high:g} m from the contact"
         )
-
-
-def _check_moves(scenario: RailScenario) -> Iterator[FieldError]:
-    end = 0.0
-    for i, point in enumerate(scenario.trajectory.set_points):
-        if point.time < end - _OVERLAP:
-            key = f"trajectory.set_points.{i}.time"
-            yield FieldError(
-                field=key,
-                value=point.time,
-                limit=f"at least {end:g} s",
-                message=f"{key} is {point.time:g} s, before the end of the previous motion at "
-                f"{end:g} s; start it later",
-            )
-        end = point.time + point.duration
+        limit = f"{low:g} … {high:g} m from the contact"
+        yield FieldError.at("finger.base", distance, limit, words)
 
 
 def _check_adaptation(scenario: RailScenario) -> Iterator[FieldError]:
@@ -59,20 +41,16 @@ def _check_adaptation(scenario: RailScenario) -> Iterator[FieldError]:
     if controller.kind != "theorem-3":
         return
     if controller.mass_estimate is None:
-        yield FieldError(
-            field="controller.mass_estimate",
-            value=None,
-            limit="a mass",
-            message="controller.mass_estimate is omitted, but theorem-3 adapts an estimate of the "
-            "mass; give its initial value, or use certainty-equivalence",
+        words = (
+            "is omitted, but theorem-3 adapts an estimate of the mass; give its initial value, or "
+            "use certainty-equivalence"
         )
+        yield FieldError.at("controller.mass_estimate", None, "a mass", words)
     for name, least in (("position_gain", 1e-3), ("velocity_gain", 1e-3)):
         value = getattr(controller, name)
         if value < least:
-            yield FieldError(
-                field=f"controller.{name}",
-                value=value,
-                limit=f"at least {least:g}",
-                message=f"controller.{name} is {value:g}, but theorem-3 needs at least {least:g} "
-                "for its Lyapunov function; raise it, or use certainty-equivalence",
+            words = (
+                f"is {value:g}, but theorem-3 needs at least {least:g} for its Lyapunov function; "
+                "raise it, or use certainty-equivalence"
             )
+            yield FieldError.at(f"controller.{name}", value, f"at least {least:g}", words)

@@ -13,12 +13,11 @@ from slipgrasp.core.scenario.spatial_geometry import (
     spatial_contact,
     tip_at_start,
 )
-from slipgrasp.core.scenario.validation.chains import check_joints, check_within_limits, error
+from slipgrasp.core.scenario.validation.chains import check_joints, check_reach, check_within_limits
 from slipgrasp.core.scenario.validation.hands import not_computed
 from slipgrasp.core.scenario.validation.outline import check_outline
 
 UNIT_LENGTH = 1e-6
-LEAST_SINE = 1e-3
 LEAST_RADIUS = 1e-3  # as a fraction of the links' lengths, from the yaw axis
 
 
@@ -28,27 +27,18 @@ def check_body(scenario: SpatialScenario) -> Iterator[FieldError]:
     k = max(range(3), key=lambda axis: inertias[axis])
     others = sum(inertias) - inertias[k]
     if inertias[k] > others * (1.0 + UNIT_LENGTH):
-        yield FieldError(
-            field=f"object.inertias.{k}",
-            value=inertias[k],
-            limit=f"at most {others:g} kg m²",
-            message=(
-                f"object.inertias.{k} is {inertias[k]:g} kg m², more than the sum of the other "
-                f"two, {others:g} kg m², which is impossible for a rigid body; lower it or raise "
-                "the others"
-            ),
+        words = (
+            f"is {inertias[k]:g} kg m², more than the sum of the other two, {others:g} kg m², "
+            "which is impossible for a rigid body; lower it or raise the others"
         )
+        yield FieldError.at(f"object.inertias.{k}", inertias[k], f"at most {others:g} kg m²", words)
     length = math.sqrt(sum(part * part for part in scenario.trajectory.start[3:]))
     if abs(length - 1.0) > UNIT_LENGTH:
-        yield FieldError(
-            field="trajectory.start.3",
-            value=length,
-            limit="1",
-            message=(
-                f"trajectory.start.3 to .6 are a quaternion of length {length:.7g}, but a rotation "
-                "has length 1; divide them by this length"
-            ),
+        words = (
+            f"to .6 are a quaternion of length {length:.7g}, but a rotation has length 1; divide "
+            "them by this length"
         )
+        yield FieldError.at("trajectory.start.3", length, "1", words)
 
 
 def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
@@ -58,28 +48,18 @@ def check_spatial_contacts(scenario: SpatialScenario) -> Iterator[FieldError]:
     names = scenario.object.face_names
     for i, finger in enumerate(scenario.fingers):
         if finger.face not in names:
-            yield FieldError(
-                field=f"fingers.{i}.face",
-                value=finger.face,
-                limit=", ".join(names),
-                message=(
-                    f"fingers.{i}.face is '{finger.face}', but the object has the faces "
-                    f"{', '.join(names)}"
-                ),
-            )
+            words = f"is '{finger.face}', but the object has the faces {', '.join(names)}"
+            yield FieldError.at(f"fingers.{i}.face", finger.face, ", ".join(names), words)
             continue
         beyond = _beyond_face(scenario.object, finger)
         if beyond >= 0.0:
             x, y = finger.contact_offset
-            yield FieldError(
-                field=f"fingers.{i}.contact_offset",
-                value=f"{x:g}, {y:g}",
-                limit=f"on {finger.face}",
-                message=(
-                    f"fingers.{i}.contact_offset is {x:g}, {y:g} m, {beyond:.4g} m beyond the edge "
-                    f"of {finger.face}; move it towards 0, 0"
-                ),
+            words = (
+                f"is {x:g}, {y:g} m, {beyond:.4g} m beyond the edge of {finger.face}; move it "
+                "towards 0, 0"
             )
+            key = f"fingers.{i}.contact_offset"
+            yield FieldError.at(key, f"{x:g}, {y:g}", f"on {finger.face}", words)
         if finger.kind == "links":
             yield from _check_reach(scenario, i)
         elif finger.kind == "chain":
@@ -95,31 +75,16 @@ def _beyond_face(body: SpatialObject, finger: SpatialFinger) -> float:
 
 def _check_reach(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
     x, y, z = tip_at_start(scenario, i)
-    first, second = scenario.fingers[i].link_lengths
-    distance, radius = math.sqrt(x * x + y * y + z * z), math.sqrt(x * x + y * y)
-    cosine = (distance**2 - first**2 - second**2) / (2.0 * first * second)
-    near, far = abs(first - second), first + second
-    if abs(cosine) > 1.0:
-        limit = f"{near:g} … {far:g} m"
-        words = (
-            f"fingers.{i} cannot reach its contact: it is {distance:.4g} m from the base, the "
-            f"finger reaches {limit}; move the base or the start pose, or lengthen the links"
-        )
-    elif math.sqrt(1.0 - cosine**2) < LEAST_SINE:
-        limit = f"inside {near:g} … {far:g} m"
-        words = (
-            f"fingers.{i} starts straight or folded (singular): its contact is {distance:.4g} m "
-            "from the base; move the base or the start pose"
-        )
-    elif radius < LEAST_RADIUS * far:
-        distance, limit = radius, f"at least {LEAST_RADIUS * far:g} m"
+    lengths, radius = scenario.fingers[i].link_lengths, math.sqrt(x * x + y * y)
+    errors = [*check_reach(i, lengths, math.sqrt(x * x + y * y + z * z))]
+    if not errors and radius < LEAST_RADIUS * sum(lengths):
+        limit = f"at least {LEAST_RADIUS * sum(lengths):g} m"
         words = (
             f"fingers.{i} starts with its tip {radius:.3g} m from the vertical axis through its "
             f"base (singular); {limit} is required: move the base"
         )
-    else:
-        return
-    yield FieldError(field=f"fingers.{i}.base", value=distance, limit=limit, message=words)
+        errors.append(FieldError(f"fingers.{i}.base", radius, limit, words))
+    yield from errors
 
 
 def _check_chain(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
@@ -128,7 +93,7 @@ def _check_chain(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
     found = [*check_joints(field, finger.joints, NUM_JOINTS)]
     if not any(finger.attitude):
         words = f"fingers.{i}.attitude has length 0; a quaternion of a rotation has length 1"
-        found.append(error(f"fingers.{i}.attitude", 0.0, "not 0, 0, 0, 0", words))
+        found.append(FieldError(f"fingers.{i}.attitude", 0.0, "not 0, 0, 0, 0", words))
     yield from found or _check_start(scenario, i)
 
 
@@ -141,7 +106,7 @@ def _check_start(scenario: SpatialScenario, i: int) -> Iterator[FieldError]:
             f"fingers.{i} cannot reach its contact from fingers.{i}.posture, or passes a "
             "singularity; move the base, the start pose or the posture"
         )
-        yield error(f"fingers.{i}.posture", None, "near the start", words)
+        yield FieldError(f"fingers.{i}.posture", None, "near the start", words)
         return
     yield from check_within_limits(i, finger.joints, start[1])
 

@@ -15,26 +15,14 @@ def check_times(scenario: Scenario) -> Iterator[FieldError]:
     simulation = scenario.simulation
     rows = simulation.duration * simulation.output_rate
     if rows > MAX_ROWS:
-        yield FieldError(
-            field="simulation.output_rate",
-            value=simulation.output_rate,
-            limit=f"{MAX_ROWS} samples",
-            message=(
-                f"simulation.duration times output_rate gives {rows:.3g} samples, more than the "
-                f"maximum {MAX_ROWS}; lower one of them"
-            ),
+        words = (
+            f"simulation.duration times output_rate gives {rows:.3g} samples, more than the "
+            f"maximum {MAX_ROWS}; lower one of them"
         )
+        key, rate = "simulation.output_rate", simulation.output_rate
+        yield FieldError(key, rate, f"{MAX_ROWS} samples", words)
     for i, change in enumerate(scenario.changes):
-        if change.time >= simulation.duration:
-            yield FieldError(
-                field=f"changes.{i}.time",
-                value=change.time,
-                limit=f"before the end at {simulation.duration:g} s",
-                message=(
-                    f"changes.{i}.time is {change.time:g} s, not before the end of the run at "
-                    f"{simulation.duration:g} s"
-                ),
-            )
+        yield from _check_begin(scenario, f"changes.{i}.time", change.time)
 
 
 def check_static_friction(scenario: Scenario) -> Iterator[FieldError]:
@@ -42,56 +30,40 @@ def check_static_friction(scenario: Scenario) -> Iterator[FieldError]:
     for i, finger in enumerate(scenario.fingers):
         least = finger.friction
         part = f"fingers.{i}" if scenario.space.has_hand else scenario.finger_names[i]
-        if finger.static_friction is not None and finger.static_friction < least:
-            yield FieldError(
-                field=f"{part}.static_friction",
-                value=finger.static_friction,
-                limit=f"at least {part}.friction, {least:g}",
-                message=(
-                    f"{part}.static_friction is {finger.static_friction:g}, less than the "
-                    f"sliding friction {least:g}; raise it, lower {part}.friction, or omit it "
-                    "to use one coefficient"
-                ),
+        if (static := finger.static_friction) is not None and static < least:
+            limit = f"at least {part}.friction, {least:g}"
+            words = (
+                f"is {static:g}, less than the sliding friction {least:g}; raise it, lower "
+                f"{part}.friction, or omit it to use one coefficient"
             )
+            yield FieldError.at(f"{part}.static_friction", static, limit, words)
 
 
 def check_patches(scenario: Scenario) -> Iterator[FieldError]:
     """Checks that a patch lies on a flat face and exists before the end of the run."""
     names = scenario.object.face_names
     if scenario.object.is_round and scenario.patches:
-        yield FieldError(
-            field="patches.0.face",
-            value=scenario.patches[0].face,
-            limit="a flat face",
-            message=(
-                f"patches.0.face is '{scenario.patches[0].face}' of an object whose shape is "
-                f"'{scenario.object.shape}', but curved faces do not support patches yet; omit "
-                "the patches or choose another object.shape"
-            ),
+        words = (
+            f"is '{scenario.patches[0].face}' of an object whose shape is "
+            f"'{scenario.object.shape}', but curved faces do not support patches yet; omit the "
+            "patches or choose another object.shape"
         )
+        yield FieldError.at("patches.0.face", scenario.patches[0].face, "a flat face", words)
     for i, patch in enumerate(scenario.patches):
         key = f"patches.{i}"
         if patch.face not in names:
-            yield FieldError(
-                field=f"{key}.face",
-                value=patch.face,
-                limit=", ".join(names),
-                message=(
-                    f"{key}.face is '{patch.face}', which this object does not have; its faces "
-                    f"are {', '.join(names)}"
-                ),
+            words = (
+                f"is '{patch.face}', which this object does not have; its faces are "
+                f"{', '.join(names)}"
             )
+            yield FieldError.at(f"{key}.face", patch.face, ", ".join(names), words)
         yield from _check_begin(scenario, f"{key}.start_time", patch.start_time)
-        if patch.end_time is not None and patch.end_time <= patch.start_time:
-            yield FieldError(
-                field=f"{key}.end_time",
-                value=patch.end_time,
-                limit=f"after {patch.start_time:g} s",
-                message=(
-                    f"{key}.end_time is {patch.end_time:g} s, not after its start_time "
-                    f"{patch.start_time:g} s; omit it for a permanent patch"
-                ),
+        start, end = patch.start_time, patch.end_time
+        if end is not None and end <= start:
+            words = (
+                f"is {end:g} s, not after its start_time {start:g} s; omit it for a permanent patch"
             )
+            yield FieldError.at(f"{key}.end_time", end, f"after {start:g} s", words)
 
 
 def check_pulses(scenario: Scenario) -> Iterator[FieldError]:
@@ -103,9 +75,5 @@ def check_pulses(scenario: Scenario) -> Iterator[FieldError]:
 def _check_begin(scenario: Scenario, key: str, t: float) -> Iterator[FieldError]:
     duration = scenario.simulation.duration
     if t >= duration:
-        yield FieldError(
-            field=key,
-            value=t,
-            limit=f"before the end at {duration:g} s",
-            message=f"{key} is {t:g} s, not before the end of the run at {duration:g} s",
-        )
+        words = f"is {t:g} s, not before the end of the run at {duration:g} s"
+        yield FieldError.at(key, t, f"before the end at {duration:g} s", words)

@@ -29,8 +29,8 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.space import PLANAR, RAIL, SPATIAL, SUPPORT
 from slipgrasp.recordings import palette
 from slipgrasp.recordings.file.foxglove.template import Blanks, Template, once
-from slipgrasp.scene import parts, rotations
-from slipgrasp.scene.parts import Role
+from slipgrasp.scene import parts, primitives, rotations
+from slipgrasp.scene.primitives import Role
 from slipgrasp.scene.skeleton import Moving
 from slipgrasp.scene.states import States
 
@@ -65,7 +65,7 @@ def scene_template(scenario: Scenario) -> Template:
     return Template(SceneUpdate(entities=entities), blanks)
 
 
-def _entity(blanks: Blanks, drawn: parts.Entity, glass: float) -> SceneEntity:
+def _entity(blanks: Blanks, drawn: primitives.Entity, glass: float) -> SceneEntity:
     entity = SceneEntity(
         id=drawn.name,
         frame_id=drawn.frame,
@@ -74,13 +74,13 @@ def _entity(blanks: Blanks, drawn: parts.Entity, glass: float) -> SceneEntity:
         frame_locked=True,
     )
     for shape in drawn.shapes:
-        is_solid = isinstance(shape, parts.Triangles | parts.Cone)
+        is_solid = isinstance(shape, primitives.Triangles | primitives.Cone)
         colour = _colour(blanks, shape.paint, glass if is_solid else 1.0)
         _add(shape, entity, blanks, colour)
     return entity
 
 
-def _colour(blanks: Blanks, paint: parts.Paint, opacity: float) -> Color:
+def _colour(blanks: Blanks, paint: primitives.Paint, opacity: float) -> Color:
     if isinstance(paint, Role):
         return _role_colour(paint, opacity)
     red, green, blue = blanks.numbers(lambda states: _PHASE_COLOURS[paint(states)], 3)
@@ -95,13 +95,13 @@ def _role_colour(role: Role, opacity: float) -> Color:
 
 
 @singledispatch
-def _add(shape: parts.Shape, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
+def _add(shape: primitives.Shape, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
     """Adds a primitive to an entity."""
     raise NotImplementedError(type(shape).__name__)
 
 
 @_add.register
-def _(shape: parts.Triangles, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
+def _(shape: primitives.Triangles, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
     points = [Point3(x=x, y=y, z=z) for x, y, z in shape.points.tolist()]
     indices = shape.indices.ravel().tolist()
     solid = TriangleListPrimitive(pose=_pose(), points=points, color=colour, indices=indices)
@@ -109,7 +109,7 @@ def _(shape: parts.Triangles, entity: SceneEntity, blanks: Blanks, colour: Color
 
 
 @_add.register
-def _(shape: parts.Lines, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
+def _(shape: primitives.Lines, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
     count = int(shape.indices.max()) + 1
     if callable(shape.points):
         points = _moving_points(blanks, shape.points, count)
@@ -127,7 +127,7 @@ def _(shape: parts.Lines, entity: SceneEntity, blanks: Blanks, colour: Color) ->
 
 
 @_add.register
-def _(shape: parts.Rod, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
+def _(shape: primitives.Rod, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
     along = (shape.end - shape.start).tolist()
     width, length = 2.0 * shape.radii[0], math.hypot(*along)
     cylinder = CylinderPrimitive(
@@ -141,14 +141,14 @@ def _(shape: parts.Rod, entity: SceneEntity, blanks: Blanks, colour: Color) -> N
 
 
 @_add.register
-def _(shape: parts.Ball, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
+def _(shape: primitives.Ball, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
     width = 2.0 * shape.radius
     size = Vector3(x=width, y=width, z=width)
     entity.spheres.append(SpherePrimitive(pose=_pose(shape.centre), size=size, color=colour))
 
 
 @_add.register
-def _(shape: parts.Arrow, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
+def _(shape: primitives.Arrow, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
     vector, head = once(shape.vector), shape.head_length
 
     def length(states: States) -> Values:
@@ -169,7 +169,7 @@ def _(shape: parts.Arrow, entity: SceneEntity, blanks: Blanks, colour: Color) ->
 
 
 @_add.register
-def _(shape: parts.Cone, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
+def _(shape: primitives.Cone, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
     def width(states: States) -> Values:
         return 2.0 * shape.slant * np.sin(shape.half_angle(states))
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from slipgrasp.recordings.compare.comparison import Comparison
 from slipgrasp.recordings.compare.measured import Distances
+from slipgrasp.server.tokens import Right
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.replay import Replay
 from slipgrasp.web.model.view import Pair
 
 
-@dataclass(frozen=True, slots=True)
 class CompareRuns(LatestIntent):
     """Requests an overlay of two runs; their ids are not validated yet.
 
@@ -24,17 +22,14 @@ class CompareRuns(LatestIntent):
     b: str
 
 
-@dataclass(frozen=True, slots=True)
-class SwapRuns(Intent):
+class SwapRuns(Intent, right=Right.READ):
     """Swaps the run on the screen and the ghost."""
 
 
-@dataclass(frozen=True, slots=True)
-class EndComparison(Intent):
+class EndComparison(Intent, right=Right.READ):
     """Dismisses the ghost."""
 
 
-@dataclass(frozen=True, slots=True)
 class RunsOpened(Intent):
     """Recordings are loaded for comparison.
 
@@ -49,7 +44,6 @@ class RunsOpened(Intent):
     b: Replay
 
 
-@dataclass(frozen=True, slots=True)
 class CompareUnreadable(Intent):
     """A recording for comparison could not be opened."""
 
@@ -57,7 +51,6 @@ class CompareUnreadable(Intent):
     message: str
 
 
-@dataclass(frozen=True, slots=True)
 class RunsCompared(Intent):
     """The differences between two runs.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from slipgrasp.server.fits.progress import FitStatus
@@ -10,26 +9,22 @@ from slipgrasp.web.model.fit import FitDraft
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 
-@dataclass(frozen=True, slots=True)
 class StartFit(LatestIntent):
     """Requests to fit a recording with the displayed scenario."""
 
     draft: FitDraft
 
 
-@dataclass(frozen=True, slots=True)
 class CancelFit(LatestIntent):
     """Requests to cancel the displayed fit."""
 
 
-@dataclass(frozen=True, slots=True)
 class OpenFit(LatestIntent):
     """Requests to show a fit of the store; its id is not validated yet."""
 
     fit_id: str
 
 
-@dataclass(frozen=True, slots=True)
 class FitMoved(Intent):
     """Progress of a fit.
 
@@ -42,14 +37,12 @@ class FitMoved(Intent):
     report: dict[str, Any] | None
 
 
-@dataclass(frozen=True, slots=True)
 class FitRefused(Intent):
     """Reason why a fit cannot be started or shown."""
 
     message: str
 
 
-@dataclass(frozen=True, slots=True)
 class FitsListed(Intent):
     """The newest fits of the store."""
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from slipgrasp.server.tokens import Right
 from slipgrasp.web.model.intents.intent import Intent
 
 
-@dataclass(frozen=True, slots=True)
-class AskHowHeavy(Intent):
+class AskHowHeavy(Intent, right=Right.EVERYTHING):
     """Requests the largest mass with which the object is held."""
 
 
-@dataclass(frozen=True, slots=True)
 class HowHeavyFound(Intent):
     """The result of the search.
 

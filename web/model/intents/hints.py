@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from slipgrasp.core.run.trying import TriedHint
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 
-@dataclass(frozen=True, slots=True)
 class TryHints(LatestIntent):
     """The user may start simulations, so that hints can be tried."""
 
 
-@dataclass(frozen=True, slots=True)
 class HintTried(Intent):
     """The options of a hint were tried.
 

@@ -4,17 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, dataclass_transform
 
 from annotated_types import MaxLen
+
+from slipgrasp.server.tokens import Right
 
 Key = Annotated[str, MaxLen(100)]
 """The id of a stored run, or the key of a parameter."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass_transform(frozen_default=True)
+@dataclass(frozen=True)
 class Intent:
-    """A request to a session by the user or a worker."""
+    """A request to a session by the user or a worker; its subclasses are frozen dataclasses.
+
+    Attributes:
+        right: The right with which a page may post it, of each class itself: none unless given.
+            Intents that change a scenario or a study, or start a simulation, need all rights; those
+            that only show something need the right to read.
+    """
+
+    right = Right.NOTHING
+
+    def __init_subclass__(cls, *, right: Right = Right.NOTHING) -> None:
+        cls.right = right
+        dataclass(frozen=True)(cls)
 
     @property
     def subject(self) -> object:
@@ -25,7 +40,6 @@ class Intent:
         return None
 
 
-@dataclass(frozen=True, slots=True)
 class LatestIntent(Intent):
     """An intent that supersedes earlier ones of its kind."""
 
@@ -35,7 +49,6 @@ class LatestIntent(Intent):
         return type(self)
 
 
-@dataclass(frozen=True, slots=True)
 class Close(Intent):
     """The viewer has disconnected."""
 

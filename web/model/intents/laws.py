@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from slipgrasp.web.model.intents.intent import Intent
 from slipgrasp.web.model.laws_view import LawRun
 
 
-@dataclass(frozen=True, slots=True)
 class LawRunFinished(Intent):
     """The run with one law, or the reason why there is none.
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from slipgrasp.server.tokens import Right
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 
-@dataclass(frozen=True, slots=True)
-class FindPremises(LatestIntent):
+class FindPremises(LatestIntent, right=Right.READ):
     """Requests the assumptions of the theorems for the run on the screen."""
 
 
-@dataclass(frozen=True, slots=True)
 class PremisesFound(Intent):
     """The result of the worker.
 

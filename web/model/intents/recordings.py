@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from annotated_types import Interval, MaxLen
 
 from slipgrasp.recordings.store.stored_run import StoredRun
+from slipgrasp.server.tokens import Right
 from slipgrasp.web.model.intents.intent import Intent, Key, LatestIntent
 from slipgrasp.web.model.replay import Replay
 
 
-@dataclass(frozen=True, slots=True)
-class ListRecordings(LatestIntent):
+class ListRecordings(LatestIntent, right=Right.READ):
     """Requests a page of the stored runs; 0 is the newest."""
 
     page: Annotated[int, Interval(ge=0, le=1_000_000)]
 
 
-@dataclass(frozen=True, slots=True)
 class FilterRecordings(LatestIntent):
     """Filters the stored runs, see `slipgrasp.web.model.run_list`."""
 
@@ -27,22 +25,19 @@ class FilterRecordings(LatestIntent):
     outcome: str
 
 
-@dataclass(frozen=True, slots=True)
-class ChooseRecording(LatestIntent):
+class ChooseRecording(LatestIntent, right=Right.READ):
     """Selects a stored run; its id is not validated yet, empty for none."""
 
     run_id: Key
 
 
-@dataclass(frozen=True, slots=True)
-class OpenRecording(LatestIntent):
+class OpenRecording(LatestIntent, right=Right.READ):
     """Opens a stored run; its id is not validated yet."""
 
     run_id: Key
 
 
-@dataclass(frozen=True, slots=True)
-class OpenLink(LatestIntent):
+class OpenLink(LatestIntent, right=Right.READ):
     """The page was opened with a link, of which only the lengths are checked.
 
     Attributes:
@@ -54,7 +49,6 @@ class OpenLink(LatestIntent):
     time: Annotated[str, MaxLen(40)]
 
 
-@dataclass(frozen=True, slots=True)
 class AnnotateRecording(Intent):
     """Changes the annotations of a stored run; not validated yet.
 
@@ -73,7 +67,6 @@ class AnnotateRecording(Intent):
     notes: str
 
 
-@dataclass(frozen=True, slots=True)
 class DeleteRecording(Intent):
     """Deletes a stored run after a confirmation.
 
@@ -86,7 +79,6 @@ class DeleteRecording(Intent):
     revision: str
 
 
-@dataclass(frozen=True, slots=True)
 class RecordingsListed(Intent):
     """A page of the stored runs.
 
@@ -109,7 +101,6 @@ class RecordingsListed(Intent):
     elapsed: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
 class RecordingChanged(Intent):
     """A stored run was changed.
 
@@ -122,7 +113,6 @@ class RecordingChanged(Intent):
     stored: StoredRun | None
 
 
-@dataclass(frozen=True, slots=True)
 class RecordingRefused(Intent):
     """An operation on a stored run failed: title and reason."""
 
@@ -130,7 +120,6 @@ class RecordingRefused(Intent):
     message: str
 
 
-@dataclass(frozen=True, slots=True)
 class RecordingOpened(Intent):
     """A recording is loaded; ``number`` is that of the request."""
 
@@ -138,7 +127,6 @@ class RecordingOpened(Intent):
     replay: Replay
 
 
-@dataclass(frozen=True, slots=True)
 class RecordingUnreadable(Intent):
     """A recording could not be opened, with the reason."""
 

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from slipgrasp.core.exceptions import ScenarioError
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.store.store import StoredRun
 from slipgrasp.web.model.intents.intent import Intent
 
 
-@dataclass(frozen=True, slots=True)
 class RunFinished(Intent):
     """A run is ready.
 
@@ -25,7 +22,6 @@ class RunFinished(Intent):
     elapsed: float
 
 
-@dataclass(frozen=True, slots=True)
 class RunRefused(Intent):
     """A scenario could not be simulated."""
 
@@ -33,7 +29,6 @@ class RunRefused(Intent):
     error: ScenarioError
 
 
-@dataclass(frozen=True, slots=True)
 class RunSaved(Intent):
     """A run was stored."""
 
@@ -41,7 +36,6 @@ class RunSaved(Intent):
     stored: StoredRun
 
 
-@dataclass(frozen=True, slots=True)
 class SaveFailed(Intent):
     """A run could not be stored, with the reason."""
 

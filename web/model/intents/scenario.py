@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from annotated_types import Interval, MaxLen
 
+from slipgrasp.server.tokens import Right
 from slipgrasp.web.model.disturbances import DisturbanceKind
 from slipgrasp.web.model.draft import Value
 from slipgrasp.web.model.editing import Reach
 from slipgrasp.web.model.intents.intent import Intent, Key, LatestIntent
 
 
-@dataclass(frozen=True, slots=True)
 class SetParameter(Intent):
     """A control was moved; its value is not validated yet."""
 
@@ -26,28 +25,24 @@ class SetParameter(Intent):
         return self.key
 
 
-@dataclass(frozen=True, slots=True)
 class ChooseReach(LatestIntent):
     """Selects whether controls act from the play head on or on the whole run."""
 
     reach: Reach
 
 
-@dataclass(frozen=True, slots=True)
-class RemoveChange(Intent):
+class RemoveChange(Intent, right=Right.EVERYTHING):
     """Removes a timed change: that of a parameter at a time [s]."""
 
     time: float
     key: Key
 
 
-@dataclass(frozen=True, slots=True)
-class RemoveChanges(Intent):
+class RemoveChanges(Intent, right=Right.EVERYTHING):
     """Removes every timed change, push and low-friction patch."""
 
 
-@dataclass(frozen=True, slots=True)
-class AddDisturbance(Intent):
+class AddDisturbance(Intent, right=Right.EVERYTHING):
     """Adds a disturbance at the play head.
 
     Attributes:
@@ -59,35 +54,30 @@ class AddDisturbance(Intent):
     contact: Annotated[int, Interval(ge=0, le=1000)] | None = None
 
 
-@dataclass(frozen=True, slots=True)
 class DragObject(LatestIntent):
     """The user drags the object with a force [N]: a push at the play head until release."""
 
     force: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class LetGo(Intent):
     """The user releases the object: the push with this force [N] is kept."""
 
     force: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class RemoveDisturbance(Intent):
+class RemoveDisturbance(Intent, right=Right.EVERYTHING):
     """Removes a disturbance by its index."""
 
     index: Annotated[int, Interval(ge=0, le=10**6)]
 
 
-@dataclass(frozen=True, slots=True)
 class ChoosePreset(Intent):
     """Selects another scenario to start from."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
 class LoadScenario(Intent):
     """Loads a scenario file; neither its name nor its content is validated yet."""
 
@@ -95,30 +85,25 @@ class LoadScenario(Intent):
     content: bytes
 
 
-@dataclass(frozen=True, slots=True)
 class ResetScenario(Intent):
     """Restores the original preset."""
 
 
-@dataclass(frozen=True, slots=True)
-class TryOut(Intent):
+class TryOut(Intent, right=Right.EVERYTHING):
     """Applies a hint of the summary card, given by the label of its button."""
 
     words: Annotated[str, MaxLen(600)]
 
 
-@dataclass(frozen=True, slots=True)
-class ChooseLaw(LatestIntent):
+class ChooseLaw(LatestIntent, right=Right.EVERYTHING):
     """Selects a control law for the whole run."""
 
     law: Annotated[str, MaxLen(80)]
 
 
-@dataclass(frozen=True, slots=True)
-class Undo(Intent):
+class Undo(Intent, right=Right.EVERYTHING):
     """Undoes the last change."""
 
 
-@dataclass(frozen=True, slots=True)
-class Redo(Intent):
+class Redo(Intent, right=Right.EVERYTHING):
     """Redoes an undone change."""

@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from annotated_types import MaxLen
 
+from slipgrasp.server.tokens import Right
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 
 
-@dataclass(frozen=True, slots=True)
-class Select(Intent):
+class Select(Intent, right=Right.READ):
     """Selects a part of the scenario by its key, which is not validated yet."""
 
     part: Annotated[str, MaxLen(40)]
 
 
-@dataclass(frozen=True, slots=True)
-class FindParameters(LatestIntent):
+class FindParameters(LatestIntent, right=Right.READ):
     """Requests a search for parameters by their names, keys or units."""
 
     search: Annotated[str, MaxLen(80)]
 
 
-@dataclass(frozen=True, slots=True)
-class ToggleAllParameters(Intent):
+class ToggleAllParameters(Intent, right=Right.READ):
     """Requests to show the controls of all parts, or only those of the selected part."""

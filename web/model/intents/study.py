@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 from annotated_types import Interval
 
 from slipgrasp.server.studies.progress import StudyStatus
+from slipgrasp.server.tokens import Right
 from slipgrasp.web.model.intents.intent import Intent, LatestIntent
 from slipgrasp.web.model.study_draft import AxisDraft
 from slipgrasp.web.model.study_map import MapPicture
 
 
-@dataclass(frozen=True, slots=True)
 class ChooseAxis(Intent):
     """Selects the parameter of an axis, 0 horizontal and 1 vertical."""
 
@@ -21,7 +20,6 @@ class ChooseAxis(Intent):
     key: str
 
 
-@dataclass(frozen=True, slots=True)
 class SetRange(Intent):
     """Sets the range of a parameter, which is not validated yet."""
 
@@ -34,69 +32,58 @@ class SetRange(Intent):
         return type(self), self.place, self.axis.key
 
 
-@dataclass(frozen=True, slots=True)
 class ChooseComparison(LatestIntent):
     """Selects a comparison by name."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
 class StartStudy(LatestIntent):
     """Starts the planned study."""
 
 
-@dataclass(frozen=True, slots=True)
 class CancelStudy(LatestIntent):
     """Cancels the study on the screen; finished runs are stored."""
 
 
-@dataclass(frozen=True, slots=True)
 class ResumeStudy(LatestIntent):
     """Continues the failed study on the screen."""
 
 
-@dataclass(frozen=True, slots=True)
 class OpenStudy(LatestIntent):
     """Opens a stored study; its id is not validated yet."""
 
     study_id: str
 
 
-@dataclass(frozen=True, slots=True)
-class OpenStudyRun(LatestIntent):
+class OpenStudyRun(LatestIntent, right=Right.EVERYTHING):
     """Opens one run of the study on the screen; the index is not validated."""
 
     index: Annotated[int, Interval(ge=0, le=10**9)]
 
 
-@dataclass(frozen=True, slots=True)
 class ShowStudyDraft(LatestIntent):
     """Plans a study, or returns to the map."""
 
     is_shown: bool
 
 
-@dataclass(frozen=True, slots=True)
-class SeeStudyDraft(LatestIntent):
+class SeeStudyDraft(LatestIntent, right=Right.EVERYTHING):
     """The draft became visible, or was hidden behind another tab."""
 
     is_visible: bool
 
 
-@dataclass(frozen=True, slots=True)
 class SizeMap(LatestIntent):
     """Changes the width of the map."""
 
     is_wide: bool
 
 
-@dataclass(frozen=True, slots=True)
 class ListStudies(LatestIntent):
     """Updates the list of studies."""
 
 
-@dataclass(frozen=True, slots=True)
 class StudyPriced(Intent):
     """The estimated cost of a planned study.
 
@@ -111,7 +98,6 @@ class StudyPriced(Intent):
     warnings: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class StudyRefused(Intent):
     """A planned study is invalid, with the reasons; ``number`` is that of the request."""
 
@@ -119,7 +105,6 @@ class StudyRefused(Intent):
     messages: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class StudyStarted(Intent):
     """A study was accepted; ``number`` is that of the request."""
 
@@ -127,7 +112,6 @@ class StudyStarted(Intent):
     status: StudyStatus
 
 
-@dataclass(frozen=True, slots=True)
 class StudyMoved(Intent):
     """The progress of a study.
 
@@ -146,7 +130,6 @@ class StudyMoved(Intent):
     has_map: bool
 
 
-@dataclass(frozen=True, slots=True)
 class StudyUnreadable(Intent):
     """A study could not be opened, with the reason; ``number`` is that of the request."""
 
@@ -154,14 +137,12 @@ class StudyUnreadable(Intent):
     message: str
 
 
-@dataclass(frozen=True, slots=True)
 class StudiesListed(Intent):
     """The newest studies of the store."""
 
     studies: tuple[StudyStatus, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class StudyRunRecorded(Intent):
     """A run of a study was simulated again, verified and stored."""
 
@@ -170,7 +151,6 @@ class StudyRunRecorded(Intent):
     run_id: str
 
 
-@dataclass(frozen=True, slots=True)
 class StudyRunRefused(Intent):
     """A run of a study cannot be shown, with the reason."""
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import Record
-from slipgrasp.core.kernel.numerics.linear import solve_transposed
 from slipgrasp.core.kernel.numerics.lyapunov import error_weights
+from slipgrasp.core.kernel.planar.inertia import solve_transposed
 from slipgrasp.core.kernel.planar.reduced import multiply_regressor
 from slipgrasp.core.kernel.planar.state import count_coordinates
 
