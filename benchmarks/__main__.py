@@ -86,9 +86,9 @@ class Option(NamedTuple):
 
 OPTIONS = {
     "seed": Option(int, "N", "draw other random runs", _SEEDED),
-    "minutes": Option(float, "N", "how long it lasts (default: 60)", ["soak"]),
-    "count": Option(int, "N", "how many soft grasps are drawn (default: 5000)", ["soft-grasps"]),
-    "cells": Option(Path, "FILE", "keep what is measured in this file", ["robustness"]),
+    "minutes": Option(float, "N", "duration in minutes (default: 60)", ["soak"]),
+    "count": Option(int, "N", "number of soft grasps (default: 5000)", ["soft-grasps"]),
+    "cells": Option(Path, "FILE", "store the measurements in this file", ["robustness"]),
     "data": Option(Path, "DIR", "clone of DAIRLab/contact-nets", ["reality"]),
 }
 
@@ -135,7 +135,7 @@ def _parser() -> argparse.ArgumentParser:
     listed = "\n".join(f"  {name:16}{words}" for name, words in PARTS.items())
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
-        description=f"Speed, cost, memory, accuracy and truth, beside a peer.\n\n{listed}",
+        description=f"Measure speed, cost, memory and accuracy, also of peers.\n\n{listed}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
