@@ -102,7 +102,7 @@ SLIPS = """async ([facts, arrays, times, folder]) => {
     const typed = Object.fromEntries(
         Object.entries(arrays).map(([name, values]) => [name, Float64Array.from(values)]));
     const run = new ContactRun({reach: 1, contacts: [{}], ...facts}, typed);
-    return times.map((time) => run.at(0, time).states.slip[0, 0]);
+    return times.map((time) => run.at(0, time).slip[0]);
 }"""
 # For every picture: the time, and of the first fingertip the colours of its close-up and its ball.
 WATCH_PICTURES = """() => {

@@ -22,7 +22,7 @@ from slipgrasp.recordings.store.store import RecordingStore
 from slipgrasp.web.app import create_dashboard_app
 from slipgrasp.web.model.replay import moment_words, open_replay
 from tests.server.serving import RunningServer, patient_settings, serve
-from tests.web.conftest import LARGE, visitors_of
+from tests.web.conftest import LARGE, Visitors, visitors_of
 from tests.web.driving import fill, number_field, pause, pause_at, picture, set_number, told
 
 # The playback panel says whether it shows a live run; above it there is nothing but the scene.
@@ -87,9 +87,11 @@ def chart_pictures(page: Page) -> list[bytes]:
 @pytest.mark.browser
 @pytest.mark.filterwarnings("ignore:Queued a .* on a closed connection")
 def test_the_pictures_of_a_live_run_and_of_its_replay_are_equal(
-    seen_page: Page, dashboard: RunningServer, monkeypatch: pytest.MonkeyPatch
+    visitors: Visitors, dashboard: RunningServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    page, run = seen_page, told(seen_page)["run"]
+    page = visitors.open(size=LARGE)
+    page.get_by_text("Saved as").wait_for()
+    run = told(page)["run"]
     dashboard.app.state.run_service.store.annotate(run, name="as it was")
     pause_at(page, 0.08)
     live = picture(page, ABOVE_PLAYBACK)
@@ -106,8 +108,6 @@ def test_the_pictures_of_a_live_run_and_of_its_replay_are_equal(
     assert np.array_equal(picture(page, ABOVE_PLAYBACK), live)
     assert chart_pictures(page) == live_charts
     assert chart_values(page) == live_values
-    page.get_by_role("tab", name="Recordings").click()
-    fill(number_field(page, "find"), "")  # of those that share the page
 
 
 @pytest.mark.browser
