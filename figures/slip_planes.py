@@ -1,4 +1,4 @@
-"""Every contact of a spatial hand in the plane of its face, seen from outside the object.
+"""Every contact in the plane of its face, seen from outside the object.
 
 t_y points to the right and t_x up, as in the dashboard: the path of the fingertip is a curve, and
 friction on the object is a curve in the disc or square of its limit.
@@ -40,7 +40,7 @@ def draw_slip_planes(result: RunResult) -> Figure:
     """Draws the path of every fingertip on its face, and below it friction within its limit.
 
     Args:
-        result: A run of a spatial hand.
+        result: A run with slip in two dimensions.
 
     Returns:
         The figure. Its axes are labelled ``way 1``, ``friction 1`` and so on.

@@ -63,7 +63,7 @@ def _in_state(name: str) -> Any:
 
 
 def _json_body(kind: type[BaseModel], *types: str) -> Any:
-    """The JSON body of a request, of a kind and one of some content types."""
+    """The JSON body of a request, of a given kind and content type."""
 
     async def read(request: Request) -> Any:
         return await read_body(request, kind, types)
@@ -98,7 +98,7 @@ def check_ended(run_id: str, service: RunServiceDep) -> str:
 
 
 def get_stored_run(run_id: str, service: RunServiceDep) -> StoredRun:
-    """The stored run of an id.
+    """The stored run with this id.
 
     Raises:
         RunUnfinishedError: If the run has not ended.
@@ -139,7 +139,7 @@ async def open_columns(
 
 
 def _width_of(segment: Segment, outline: Trace) -> int:
-    """Columns of all signals that were read, with their times."""
+    """Number of columns of the signals to read, with that of the times."""
     return 1 + sum(column.signal in segment.signals for column in columns_of(outline))
 
 
@@ -149,7 +149,7 @@ async def get_memory(service: RunServiceDep) -> MemoryBudget:
 
 
 def open_study_results(study_id: str, service: StudyServiceDep) -> StudyResults:
-    """The results of the study of an id.
+    """The results of the study with this id.
 
     Raises:
         StudyNotFoundError: If it does not exist.

@@ -142,7 +142,7 @@ class PlanarJoint:
 
     @property
     def spatial(self) -> ChainJoint:
-        """The same joint in the x-y plane of space."""
+        """Its kinematics in the x-y plane of space."""
         slides = self.kind == "prismatic"
         return ChainJoint(
             kind=self.kind,
@@ -313,7 +313,7 @@ def chain_points(
         attitude: Orientation of the base.
         joints: The chain.
         tip: Position of the tip in the frame of the last link [m].
-        positions: Positions of the independent joints, shape ``(..., 3)`` [rad, m].
+        positions: Positions of the independent joints, on the last axis [rad, m].
 
     Returns:
         Points ``(..., joints + 1, 3)`` [m], axes ``(..., joints, 3)``, in world axes.
@@ -383,14 +383,14 @@ def chain_start(
     target: Sequence[float],
     posture: Sequence[float],
 ) -> tuple[tuple[float, ...], Floats] | None:
-    """Initial joint positions of a run, and the posture from which Newton's method finds them.
+    """Posture from which Newton's method finds the initial joint positions, and these.
 
     The method starts at the given posture; if it does not converge, or converges outside the joint
     limits, it starts at several postures within the limits.
 
     Returns:
-        Positions of the independent joints: outside the limits if no solution within them is found,
-        None if the tip cannot reach its target.
+        Posture and positions of the independent joints, outside the limits if no solution within
+        them is found; None if the tip cannot reach its target.
     """
     first = None
     for seed in (tuple(posture), *_postures(joints)):
@@ -403,7 +403,7 @@ def chain_start(
 
 
 def _postures(joints: Sequence[ChainJoint]) -> Iterator[tuple[float, ...]]:
-    """Postures within the limits, the middle first; none if a joint has no limits."""
+    """Postures within the limits, the middle first; none if a joint lacks a limit."""
     ranges = [range_of(joints[k]) for k in moving(joints)]
     if np.isfinite(ranges).all():
         for shares in product(_SHARES, repeat=len(ranges)):

@@ -67,7 +67,7 @@ def _by_kind(keys: Sequence[str]) -> dict[str, list[str]]:
 
 
 def given_words(known: Knowledge) -> str:
-    """The known parameters; friction and mass by name if none of them is unknown."""
+    """The known parameters; friction and mass each by name if all of them are known."""
     unknown = _by_kind(known.unknowns).keys()
     friction = ["friction"] * (known.uses_friction and "friction" not in unknown)
     mass = ["mass"] * (not unknown & _MASSES)

@@ -33,7 +33,7 @@ def _check_printable(text: str) -> str:
 def _check_text(text: str) -> str:
     unfit = (c for c in text if unicodedata.category(c) in ("Cc", "Cs") and c not in _LINE_CONTROLS)
     if any(unfit):
-        raise ValueError("control characters and half surrogate pairs are not allowed")
+        raise ValueError("control characters and lone surrogates are not allowed")
     return text
 
 

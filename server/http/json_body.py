@@ -1,7 +1,7 @@
 """Reads an untrusted JSON request body.
 
-In addition to the checks of ``json``: unique, short names in ASCII, text that can be stored as
-UTF-8, and limited depth and size, so that later code need not protect itself against recursion or
+Beyond ``json``, it requires unique, short names in ASCII, text that can be stored as UTF-8, and
+limited depth and size, so that later code need not protect itself against recursion or
 millions of names. Numbers that exceed floats are read as infinite; validation then rejects them by
 the name of their field.
 """
@@ -157,7 +157,7 @@ def _find_faults(root: Any, max_values: int) -> Iterator[FieldError]:
 
 def _find_text_fault(field: str, text: str) -> Iterator[FieldError]:
     if any(c == "\0" or "\ud800" <= c <= "\udfff" for c in text):
-        limit = "text without null characters and half surrogate pairs"
+        limit = "text without null characters or lone surrogates"
         yield _fault(field, printable(text), limit, f"{field}: allowed: {limit}")
 
 

@@ -21,8 +21,8 @@ from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.progress import Layouts
 from slipgrasp.core.kernel.numerics.methods import method_of
 
-# Distance of a minimum from the level below which a guard is examined, as a fraction of the range
-# of its values in the step: for the values at the stages, and for the lines through them.
+# A guard is examined if its minimum is closer to its level than this fraction of the range of its
+# values in the step: those at the stages, and those of the lines through them.
 NEAR, NEAR_LINES = 0.5, 0.02
 LEAST_FRACTION = 1e-6
 GOLDEN = 0.3819660112501051
@@ -40,7 +40,7 @@ def _search(
     past: float,
     value_inside: Any,
 ) -> float:
-    """Searches the minimum of guard ``j`` in a part of the step by golden-section search.
+    """Searches for the minimum of guard ``j`` in a part of the step by golden-section search.
 
     Returns:
         A fraction of the step at which the guard is below ``past``; 0 if none is found.

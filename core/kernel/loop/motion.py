@@ -23,7 +23,7 @@ MAX_PIECES = max(MAX_TABLE_ROWS, 2 * MAX_SET_POINTS + 1)
 
 
 def motion_layout(num_coordinates: int) -> Layout:
-    """Layout of the desired motion of some coordinates, in meters and radians."""
+    """Layout of the desired motion of some coordinates, in metres and radians."""
     each = (num_coordinates,)
     fields = [
         ("coasts", np.bool_),  # true for the paper's motion, given by start and acceleration

@@ -124,7 +124,7 @@ _DOP853_MATRIX = (
     ),
 )
 
-# Error estimates of order 5, and of order 3 for its correction.
+# Error estimates of order 5, and of order 3, which correct them.
 _DOP853_ERROR = (
     0.01312004499419488,
     0.0,
@@ -216,7 +216,7 @@ _DOP853_DENSE = (
     ),
 )
 
-# Order 8: twelve evaluations per step, but steps ten times as long for smooth motion.
+# Order 8: twelve evaluations per step, but far longer steps in smooth motion.
 DOP853 = pack_method(
     roots=3,
     last=12,

@@ -96,7 +96,7 @@ def _squared_length(basis: Floats, rows: int, j: int) -> float:
 
 @compiled
 def _remove_projections(basis: Floats, triangle: Floats, rows: int, j: int) -> None:
-    """Orthogonalizes column j to the preceding columns."""
+    """Makes column j orthogonal to the preceding columns."""
     for k in range(j):
         projection = 0.0
         for i in range(rows):

@@ -22,7 +22,7 @@ APART = 1e-6  # [m]
 
 @compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE)
 def find_controllable(model: Record, discrete: Record, work: Record) -> int:
-    """Writes the fraction of each object coordinate that torques can produce to ``work.shares``.
+    """Writes to ``work.shares`` the part of each object acceleration that torques can produce.
 
     The fractions are the diagonal of B~ B~^+: 1 if a coordinate can be accelerated independently
     of the others, less otherwise.
@@ -63,7 +63,7 @@ def _all_stick_apart(model: Record, discrete: Record, kin: Record) -> bool:
 
 @compiled
 def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) -> int:
-    """Orthogonalizes a vector to ``count`` orthonormal vectors; appends it if independent.
+    """Makes a vector orthogonal to ``count`` orthonormal ones; appends it if independent.
 
     Returns:
         1 if it is independent, else 0.

@@ -290,7 +290,7 @@ def _fill_soft_columns(model: Record, row: Record, work: Record) -> None:
 
 @compiled
 def _keep_independent(vectors: Floats, length: int, count: int, candidate: int) -> int:
-    """Orthogonalizes a vector to ``count`` orthonormal vectors; appends it if independent."""
+    """Makes a vector orthogonal to ``count`` orthonormal ones; appends it if independent."""
     rest = remove_parts(vectors, length, count, candidate)
     if rest == 0.0:
         return 0

@@ -96,7 +96,7 @@ def limit_determined(torsion: Record, most: int) -> None:
 
 @compiled
 def find_moments(torsion: Record) -> None:
-    """Computes the moments in stick, ``held``, with w = -``wanted`` in the determined modes.
+    """Computes the moments in stick, ``held``, that cancel ``wanted`` in the determined modes.
 
     The amounts of the undetermined modes are given in ``amounts``.
     """
