@@ -108,8 +108,8 @@ def project(costs: Costs) -> Table:
     small, large = MAX_RUNS * costs.row / 1e6, LARGE * costs.row / 1e9
     notes = (
         f"One worker: {of_worker:.0f} runs/s. One scheduler: {of_scheduler:.0f} runs/s at most. "
-        f"A study has at most {MAX_RUNS} runs: {LARGE} are {LARGE // MAX_RUNS} studies.",
-        f"Their files take {small:.0f} MB and {large:.0f} GB.",
+        f"A study has at most {MAX_RUNS} runs ({small:.0f} MB); {LARGE} runs are "
+        f"{LARGE // MAX_RUNS} studies ({large:.0f} GB).",
     )
     heads = (
         "workers",

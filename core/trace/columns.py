@@ -26,7 +26,7 @@ _SHORT = (
     ("estimates",),
     ("diagnostics",),
 )
-"""The signals of the short table; those of one group are interleaved by contact."""
+"""The signals of the short table; those of one group are interleaved."""
 
 _PHASE_LABELS = {phase.value: phase.label for phase in ContactPhase}
 
@@ -74,7 +74,7 @@ def short_columns(trace: Samples) -> list[Column]:
 
 
 def _alternate(signals: list[list[Column]]) -> Iterator[Column]:
-    """Columns of several signals interleaved by item; several at a time for longer signals."""
+    """Columns of several signals interleaved by item; several per item for longer signals."""
     count = min(map(len, signals), default=0)
     for k in range(count):
         for columns in signals:

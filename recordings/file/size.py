@@ -39,7 +39,7 @@ class RecordingSize:
 
     @property
     def num_bytes(self) -> int:
-        """Memory of everything [bytes]."""
+        """Memory of the run [bytes]."""
         numbers = self.samples * self.shape.num_columns + self.ticks * Ticks.num_columns(self.shape)
         return _NUMBER * numbers + _PHASE_CHANGE * self.phase_changes
 
@@ -56,7 +56,7 @@ def read_size(path: str | PathLike[str], *, unfinished: bool = False) -> Recordi
 
     Args:
         path: The MCAP file.
-        unfinished: Whether it may be incomplete. Without an index, the compression ratio of a hand
+        unfinished: Whether it may be incomplete; if so, the compression ratio of a hand
             at rest is assumed.
 
     Raises:

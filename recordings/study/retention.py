@@ -64,7 +64,7 @@ LONGEST_GAP = timedelta(days=3)
 
 @dataclass(frozen=True, slots=True)
 class Expired:
-    """A run that may be deleted, with the rule."""
+    """A run that may be deleted, with the rule that allows it."""
 
     run: StoredRun
     rule: Rule
@@ -113,7 +113,7 @@ def in_share(expired: Sequence[Expired], num_runs: int, *, at_start: bool) -> li
     Args:
         expired: Result of `find_expired`.
         num_runs: Number of runs in the folder.
-        at_start: Whether nothing has been deleted since the start of the service.
+        at_start: Whether this is the first deletion since the service started.
     """
     most = max(num_runs // LARGEST_SHARE, 1)
     bounded = [each for each in expired if at_start or each.rule is Rule.AGE]
@@ -124,8 +124,8 @@ def in_share(expired: Sequence[Expired], num_runs: int, *, at_start: bool) -> li
 class TrustedClock:
     """The wall clock, limited by the age of the newest run at the start.
 
-    It is at most some days, plus the time since the start, ahead of that run. If that run is
-    older, ages are counted from an earlier time, and runs are retained longer.
+    It is at most some days, plus the time since the start, ahead of that run. Beyond that,
+    ages are counted from an earlier time, and runs are retained longer.
 
     Args:
         runs: Store of the runs, read at the first call.

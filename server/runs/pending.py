@@ -12,7 +12,7 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.recordings.store.stored_run import StoredRun
 
 Ended = tuple[RunResult, StoredRun | None]
-"""An ended run, and its stored form: None if it could not be written."""
+"""An ended run, and its stored form: None if that is incomplete."""
 
 
 class RunState(StrEnum):

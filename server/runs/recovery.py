@@ -1,4 +1,4 @@
-"""Recovers runs of a killed service, or after a full disk, in the background.
+"""Recovers, in the background, runs cut off by a killed service or a full disk.
 
 A separate process is used, because reading large files would block the interpreter.
 """
@@ -27,7 +27,7 @@ PAUSE = 5.0
 """Interval between checks of the free space on the disk [s]."""
 
 TASK_SECONDS = 3600.0
-"""Time limit of one run [s]; the workers have a low priority."""
+"""Time limit of one recovery [s]; the workers have a low priority."""
 
 _logger = logging.getLogger(__name__)
 
@@ -40,7 +40,7 @@ class RunRecovery:
         folder: Folder of the store.
 
     Attributes:
-        is_done: Set when all runs of a killed service are recovered.
+        is_done: Set when work on runs of a killed service has ended.
     """
 
     def __init__(self, store: RecordingStore, folder: Path) -> None:

@@ -23,7 +23,7 @@ DESCRIPTION = (
     "columns (the first and the largest deviation) and metrics. Two runs are equal if outcome, end "
     "time, phase changes and all columns agree within the tolerance, and if the metrics of each "
     "agree with its samples. Parameters may differ. For measured data ('slipgrasp import') the "
-    "command prints the deviation of every measured signal at the measured times."
+    "command prints the deviation of every common signal at the measured times."
 )
 EPILOG = "exit status: 0 equal within the tolerance, 1 different, 2 cannot be compared"
 
@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="T",
         type=float,
         help="largest absolute difference at which values count as equal, in SI units (default: "
-        "the integration error that the tolerances of the runs allow)",
+        "the integration error that the tolerances allow; 0 for measured data)",
     )
     parser.add_argument(
         "--figure",

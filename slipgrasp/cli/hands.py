@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "others, or couple them to these. The visible shapes are written to FILE.meshes.npz, with "
         "which 'slipgrasp serve --hand FILE.toml' draws them.",
     )
-    command.add_argument("file", metavar="FILE", type=Path, help="URDF or MJCF file of the hand")
+    command.add_argument("file", metavar="HAND", type=Path, help="URDF or MJCF file of the hand")
     command.add_argument(
         "--tips",
         metavar="LINK",

@@ -20,8 +20,8 @@ HELP = "list old runs, or delete them"
 DESCRIPTION = (
     "List the stored runs that the given rules do not retain; with --delete, delete them. At least "
     "one rule is required. Runs with a name, a tag or notes, results of studies, and recordings of "
-    "unfinished studies are always retained. Recordings of a finished study can be computed again "
-    "from its results."
+    "unfinished studies are always retained. Recordings of finished studies are not: they can "
+    "be computed again from the results."
 )
 MAX_DAYS = 36_500.0
 MAX_RUNS = 999_999_999

@@ -58,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--workers",
         metavar="N",
         type=number_in(1, MAX_WORKERS, "a number of workers", of=int),
-        help="number of processes of the executors processes and dask (default: one per processor)",
+        help="worker processes (executors processes and dask; default: one per processor)",
     )
     parser.add_argument(
         "--estimate",

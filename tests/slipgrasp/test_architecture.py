@@ -23,7 +23,7 @@ KINDS = (
     *("export format", "job whose memory grows with a run", "REST route", "REST filter"),
     *("integration method", "executor", "guard that ends a run"),
     *("guard that changes a phase, or known instant", "outcome", "finger kind"),
-    *("figure", "panel", "CLI command", "preset"),
+    *("figure", "panel", "CLI command", "shape of a low-friction patch", "preset"),
 )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from slipgrasp.core.scenario.loading import (
     all_preset_names,
     load_scenario,
     parameter_definitions,
+    preset_names,
 )
 from slipgrasp.core.scenario.space import RAIL, SUPPORT, Space
 from slipgrasp.recordings.compare.comparison import IncomparableError, compare
@@ -227,3 +229,10 @@ def test_two_slides_are_compared_and_a_slide_with_a_hand_is_not(case_2: RunResul
     assert "error of the object" not in html and "slip path" in html
     with pytest.raises(IncomparableError, match="body on a support"):
         compare(slide, case_2)
+
+
+def test_two_runs_on_rails_are_compared_in_the_coordinate_of_the_rail() -> None:
+    a, b = (simulate(load_scenario(name)) for name in preset_names(RAIL)[:2])
+    html = findings_html(compare(a, b), a.scenario.finger_names, (), RAIL)
+    errors = html.partition("error of the object, at the end")[2].partition("<th colspan")[0]
+    assert re.findall(r"<th[^>]*>(\w+) \[(\w+)\]", errors) == [("x", "mm")]

@@ -1,4 +1,4 @@
-"""Content of the charts of a finger on a rail."""
+"""Content of the charts of an object on a rail."""
 
 from __future__ import annotations
 

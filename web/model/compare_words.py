@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from slipgrasp.core.run.metrics import METRICS
 from slipgrasp.core.scenario.laws import law_alias
-from slipgrasp.core.scenario.space import PLANAR, SPATIAL
+from slipgrasp.core.scenario.space import PLANAR, space_of_errors
 from slipgrasp.core.trace.signals import SIGNALS
 from slipgrasp.core.words.parameter_words import key_words, unit_words
 from slipgrasp.recordings.compare.differences import SignalDifference
@@ -17,10 +17,10 @@ MISSING = "–"
 _SIGNALS = {signal.name: signal for signal in SIGNALS}
 _SIGNAL_WORDS = {"object_pose": "object", "estimates": "estimate of", "true_parameters": "true"}
 _METRIC_WORDS = {
-    "outcome": "ended as",
+    "outcome": "outcome",
     "end_time": "ended at",
     "last_slip_time": "last slip ends",
-    "minimum_friction_margin": "least margin to slip, in stick",
+    "minimum_friction_margin": "least friction margin in stick",
     "rms_tracking_error": "error of the object, rms",
     "final_tracking_error": "error of the object, at the end",
     "phase_change_count": "phase changes",
@@ -31,7 +31,7 @@ _IN_THOUSANDTHS = ("m", "m/s", "m/s²", "rad", "rad/s", "rad/s²")
 _WHOLE_FROM, _WHOLE_TO = 100.0, 1e6
 _NEGLIGIBLE = 1e-9
 METRIC_ACCURACY = 1e-6
-"""Metrics below this, for example in mm, are errors of the integration."""
+"""Metrics below this, in the unit shown, are errors of the integration."""
 
 
 class Scale(NamedTuple):
@@ -101,7 +101,7 @@ def time_words(time: float) -> str:
 
 
 def value_words(value: Any) -> str:
-    """An exact value of a parameter; a dash if it is missing."""
+    """A value of a parameter (12 digits); a dash if missing."""
     if value is None:
         return MISSING
     if isinstance(value, bool):
@@ -127,13 +127,12 @@ def coordinate_words(name: str, count: int) -> list[tuple[str, str]]:
 
     Args:
         name: Name of the metric.
-        count: Number of coordinates: 3 for planar, 6 for spatial hands.
+        count: Number of coordinates: 1 (rail), 3 (planar) or 6 (spatial).
     """
-    units = _METRIC_UNITS[name].split(", ")
-    if count == len(_COORDINATES):
-        return list(zip(_COORDINATES.values(), units, strict=True))
-    letters = [key.replace("_", " ") for key in SPATIAL.coordinates]
-    return list(zip(letters, [units[0]] * 3 + [units[-1]] * 3, strict=True))
+    units, space = _METRIC_UNITS[name].split(", "), space_of_errors(count)
+    letters = [_COORDINATES.get(key, key.replace("_", " ")) for key in space.errors]
+    angles = count - space.num_positions
+    return list(zip(letters, units[:1] * space.num_positions + units[-1:] * angles, strict=True))
 
 
 def column_words(column: SignalDifference, names: Sequence[str]) -> str:

@@ -50,13 +50,13 @@ NONE: str = "none"
 
 _LONGEST_NAME = 80
 _INVITATION = (
-    "<p><b>Compare two runs.</b> Choose a stored run B: it is drawn pale below the "
+    "<p><b>Compare two runs.</b> Choose a stored run B: it is drawn pale behind the "
     "run on the screen, in the view, on the timeline and in the charts, and a table lists what "
-    "differs. After a control was moved, the run before the change becomes the ghost.</p>"
+    "differs. When a control is moved, the run before the change becomes the ghost.</p>"
 )
 
 _HINTS: dict[type[Intent], str] = {
-    Seek: "Puts the play head where the first signal of the two runs differs.",
+    Seek: "Puts the play head where signals of the two runs first differ.",
     SwapRuns: "Swaps the run on the screen and the ghost; both must be saved.",
     EndComparison: "Shows the run on the screen alone.",
 }
@@ -87,7 +87,7 @@ class ComparePanel:
             "A, on screen", (ON_SCREEN,), hint="The run that is drawn in full colours."
         )
         self.b = gui.add_dropdown(
-            "B, ghost", (NONE,), hint="The stored run that is drawn pale below it."
+            "B, ghost", (NONE,), hint="The stored run that is drawn pale behind A."
         )
         self.findings = gui.add_html("")
         for picker in (self.a, self.b):
@@ -224,7 +224,7 @@ def findings_html(
         space: Kind of hand.
     """
     if findings.identical:
-        return "<p><b>Identical.</b> The same scenario, and all numbers are equal.</p>"
+        return "<p><b>Identical.</b> The scenario and all numbers are equal.</p>"
     parameters = (
         _parameter_row(difference, _parameter_words(difference, names, unknowns, space))
         for difference in findings.scenario
@@ -250,7 +250,7 @@ def _outcome_html(findings: Comparison, names: Sequence[str]) -> str:
         differing = len(findings.first_divergence)
         sentences.append(
             f"They first differ at {_moment(first)}; {differing} of {len(findings.signals)} "
-            f"signals differ by more than {_limit(findings)}."
+            f"columns differ by more than {_limit(findings)}."
         )
     if (error := findings.integration_error) is not None:
         column = escape(column_words(findings.signals[error.column], names))

@@ -121,7 +121,7 @@ def _grid(picture: MapPicture) -> str:
 
 
 def _diagonal(picture: MapPicture) -> str:
-    """The line of equal values, if both axes have equal scales."""
+    """The line of equal values, if both axes are comparable."""
     x, y = picture.across, picture.up
     low, high = max(x.low, y.low), min(x.high, y.high)
     if not same_quantity(x.key, y.key) or x.is_log != y.is_log or low >= high:

@@ -37,14 +37,14 @@ from slipgrasp.core.kernel.spatial.torsion_phases import (
 from slipgrasp.core.kernel.spatial.ways import way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, SLIP, STICK, WORKSPACE
 
-LEAST_TURNED = 1e-6  # angle of a slip direction that changes the forces [rad]
+LEAST_TURNED = 1e-6  # turn of a slip direction that changes the forces [rad]
 
 
 @compiled_apart(types.void, MODEL, DISCRETE, STATE, WORKSPACE)
 def spatial_stop_slips(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Stops slips of contacts that have just been set to stick by an impulse.
+    """Stops, by an impulse, slips of contacts that were just set to stick.
 
-    Near a singular pose the inertia of a fingertip is so large that it also moves the object.
+    Near a singular pose a fingertip has so much inertia that its stop also moves the object.
 
     Args:
         model: Constants of the run.
@@ -79,7 +79,7 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
     """Stops the spin of sticking contacts by an impulse, and updates the spin of the others.
 
     Otherwise psi' would drift in stick, where only psi'' = 0 is imposed, and would not be zero at
-    the end of a slip, where only its state is set to 0.
+    the end of a slip, where only the state variable is.
 
     Args:
         model: Constants of the run.
@@ -112,7 +112,7 @@ def spatial_keep_stick(model: Record, discrete: Record, state: Record, work: Rec
             x[at], changed = spin, max(changed, 2 if turns_slip else 1)
     add_crept(model, discrete, state, 1.0)
     for i in range(n):
-        # Others have stopped its spin, which friction would otherwise still oppose.
+        # Other contacts stopped this spin; friction must no longer oppose it.
         if x[spin_velocity_at(n, i)] == 0.0:
             discrete.crept[i, 2] = 0.0
     forget_crept(model, discrete, state)
@@ -168,7 +168,7 @@ def spatial_turn_slip(
 
 @compiled
 def _keep_spins(torsion: Record) -> None:
-    """Adds impulses that keep the spin of sticking contacts to the motion."""
+    """Adds to the motion impulses that keep the spin of sticking contacts."""
     for k in range(torsion.num_holders):
         torsion.wanted[k] = twist_of(torsion, torsion.holders[k], torsion.motion)
         torsion.amounts[k] = 0.0
@@ -178,7 +178,7 @@ def _keep_spins(torsion: Record) -> None:
 
 @compiled
 def _stop_spins(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Applies the impulse at sticking contacts and all normals that stops the determined modes.
+    """Stops the determined modes by an impulse at sticking contacts and along all normals.
 
     Their energy is dissipated by friction. A mode that creeps under the friction of slips is not
     stopped, although it may be determined without this friction.
@@ -203,7 +203,7 @@ def _stop_spins(model: Record, discrete: Record, state: Record, work: Record) ->
 
 @compiled
 def _take_impulse(model: Record, discrete: Record, state: Record, work: Record) -> None:
-    """Adds the motion due to an impulse to the object and to slipping contacts."""
+    """Adds to the object and to slipping contacts the motion due to an impulse."""
     n, x, torsion = model.num_fingers, state.x, work.torsion
     for k in range(6):
         x[VELOCITY + k] += torsion.motion[k]
