@@ -5,11 +5,12 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 from PIL import Image
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, TimeoutError, expect
 
 from slipgrasp.core.scenario.laws import law_alias
 from slipgrasp.web.panels.strip import clock_words
@@ -29,6 +30,7 @@ FRAMES = """async () => {
     await new Promise(passed => setTimeout(passed, 250));
     for (let i = 0; i < 3; i += 1) await new Promise(requestAnimationFrame);
 }"""
+MAX_PAUSES, PAUSES_WITHIN = 5, 10_000  # [ms]
 # The first of the page; charts are registered in the order in which they were drawn last.
 SLIP_CHART = """Object.values(window.__viserTestpoints.uplots).map((each) => each.chart).reduce(
     (first, each) => first.root.compareDocumentPosition(each.root) & 2 ? each : first)"""
@@ -116,11 +118,18 @@ def choose_case_2(page: Page) -> None:
 
 
 def pause(page: Page) -> None:
-    button = page.get_by_role("button", name="Pause", exact=True)
-    if button.count():
-        # Not by the mouse, which waits until a page that draws all the time rests.
-        button.dispatch_event("click")
-    page.get_by_role("button", name="Play", exact=True).wait_for()
+    """Pauses the run, again if it starts to play at the same time, as a new run does."""
+    pauses, plays = (
+        page.get_by_role("button", name=name, exact=True) for name in ("Pause", "Play")
+    )
+    for _ in range(MAX_PAUSES):
+        if pauses.count():
+            # Not by the mouse, which waits until a page that draws all the time rests.
+            pauses.dispatch_event("click")
+        with suppress(TimeoutError):
+            plays.wait_for(timeout=PAUSES_WITHIN)
+            return
+    plays.wait_for()
 
 
 def pause_at(page: Page, seconds: float) -> None:
