@@ -102,6 +102,30 @@ def test_whole_numbers_are_sampled_evenly_and_never_beyond_their_bounds() -> Non
     assert all(150 < values.count(value) < 250 for value in (5, 6, 7))
 
 
+def test_a_grid_of_whole_numbers_has_both_bounds_and_is_even_between_them() -> None:
+    study = make_study(vary={"simulation.chatter_changes": {"min": 5, "max": 13, "count": 5}})
+    values = [study.values_of(i)["simulation.chatter_changes"] for i in range(5)]
+    assert values == [5, 7, 9, 11, 13]
+
+
+@pytest.mark.parametrize("seed", [0, 2**53 - 1])
+def test_every_seed_from_0_to_2_53_gives_samples_of_its_own(seed: int) -> None:
+    sampling = {"method": "random", "runs": 1, "seed": seed}
+    vary = {"object.mass": {"min": 0.5, "max": 2.0}}
+    assert make_study(sampling=sampling, vary=vary).sampling.seed == seed
+    wrong = sampling | {"seed": -1 if seed == 0 else seed + 1}
+    assert "sampling.seed" in errors_of(sampling=wrong, vary=vary)
+    usual = make_study(sampling={"method": "random", "runs": 1}, vary=vary)
+    assert usual.sampling.seed == 0
+
+
+def test_the_check_of_a_study_tells_how_far_it_is() -> None:
+    study = make_study(vary={"object.mass": {"min": 0.5, "max": 2.0, "count": 600}})
+    shares: list[float] = []
+    check_members(study, shares.append)
+    assert shares == [0.0, 256 / 600, 512 / 600]
+
+
 def test_a_star_sets_all_fingers_alike() -> None:
     study = make_study(vary={"fingers.*.friction": {"values": [0.3]}})
     assert {finger.friction for finger in study.scenario_of(0).fingers} == {0.3}
