@@ -10,10 +10,12 @@ from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import Floats, Record, make_record
 from slipgrasp.core.kernel.loop.status import RUNNING
 from slipgrasp.core.kernel.spatial.command import spatial_command
+from slipgrasp.core.kernel.spatial.contact_problem import SELECTION_ROOM
+from slipgrasp.core.kernel.spatial.contact_solution import SELECTED
 from slipgrasp.core.kernel.spatial.flow import spatial_plant
 from slipgrasp.core.kernel.spatial.learning import MEMORY, spatial_learn
 from slipgrasp.core.kernel.spatial.model import pack_model
-from slipgrasp.core.kernel.spatial.selection import SELECTED, SELECTION_ROOM, spatial_select
+from slipgrasp.core.kernel.spatial.selection import spatial_select
 from slipgrasp.core.kernel.spatial.sensing import SENSES
 from slipgrasp.core.kernel.spatial.state import STATE, parts_of
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, SLIP, STICK, WORKSPACE

@@ -16,7 +16,7 @@ from slipgrasp.core.kernel.spatial.contact_problem import (
     MANY_STARTS,
     SELECTION_ROOM,
 )
-from slipgrasp.core.kernel.spatial.selection import NONE_CONSISTENT, SELECTED, spatial_answer
+from slipgrasp.core.kernel.spatial.contact_solution import NONE_CONSISTENT, SELECTED, spatial_answer
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.references.hands import general_gains

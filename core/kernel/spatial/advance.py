@@ -60,8 +60,8 @@ from slipgrasp.core.kernel.spatial.steps import (
     stop_in_patch,
 )
 from slipgrasp.core.kernel.spatial.tick import control_tick, spatial_apply
-from slipgrasp.core.kernel.spatial.torsion import (
-    begins_slip,
+from slipgrasp.core.kernel.spatial.torsion import begins_slip
+from slipgrasp.core.kernel.spatial.torsion_directions import (
     keep_directions_at_rest,
     let_marked_stick,
     mark_resting,

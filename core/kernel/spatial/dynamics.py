@@ -15,7 +15,7 @@ from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
 from slipgrasp.core.kernel.loop.links import BY_CHAIN, ON_SLIDES, joint_friction
 from slipgrasp.core.kernel.numerics.elementary import square
-from slipgrasp.core.kernel.spatial.chain import see_at_tip, weigh_chain
+from slipgrasp.core.kernel.spatial.chain_dynamics import see_at_tip, weigh_chain
 from slipgrasp.core.kernel.spatial.kinematics import KINEMATICS
 from slipgrasp.core.kernel.spatial.model import HAND, TRUTH
 from slipgrasp.core.kernel.spatial.state import POSITION, SPIN, VELOCITY

@@ -12,7 +12,7 @@ from numba import types
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.links import BY_CHAIN, ON_SLIDES, weight_moments
-from slipgrasp.core.kernel.spatial.chain import chain_weight
+from slipgrasp.core.kernel.spatial.chain_dynamics import chain_weight
 from slipgrasp.core.kernel.spatial.dynamics import multiply
 from slipgrasp.core.kernel.spatial.grasp import spatial_grasp
 from slipgrasp.core.kernel.spatial.model import MODEL

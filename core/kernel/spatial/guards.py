@@ -27,7 +27,7 @@ from slipgrasp.core.kernel.spatial.chain import limit_margin
 from slipgrasp.core.kernel.spatial.flow import LEAST_SPEED
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import STATE, slip_at, velocity_at
-from slipgrasp.core.kernel.spatial.torsion import LEAVES, is_short
+from slipgrasp.core.kernel.spatial.torsion_directions import LEAVES, is_short
 from slipgrasp.core.kernel.spatial.ways import (
     friction_margin,
     parts_of_way,

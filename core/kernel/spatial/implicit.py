@@ -19,9 +19,9 @@ from slipgrasp.core.kernel.numerics.rosenbrock import COUPLING, DIAGONAL
 from slipgrasp.core.kernel.spatial.flow import flow
 from slipgrasp.core.kernel.spatial.guards import sample_guards
 from slipgrasp.core.kernel.spatial.model import MAX_COORDINATES
-from slipgrasp.core.kernel.spatial.selection import normalise
 from slipgrasp.core.kernel.spatial.state import (
     count_coordinates,
+    normalise,
     rate_at,
     slip_coordinate,
     slip_velocity_at,

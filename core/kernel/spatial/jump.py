@@ -14,11 +14,12 @@ from slipgrasp.core.kernel.loop.status import (
     SEPARATED,
 )
 from slipgrasp.core.kernel.loop.tally import count_forces
+from slipgrasp.core.kernel.spatial.contact_solution import NONE_REGULAR, OPENS, SELECTED
 from slipgrasp.core.kernel.spatial.flow import set_derivative, set_directions
 from slipgrasp.core.kernel.spatial.guards import PER_CONTACT, arm_guards
 from slipgrasp.core.kernel.spatial.run import copy_discrete, emit, leave_slip
-from slipgrasp.core.kernel.spatial.selection import NONE_REGULAR, OPENS, SELECTED, spatial_select
-from slipgrasp.core.kernel.spatial.torsion import let_begin
+from slipgrasp.core.kernel.spatial.selection import spatial_select
+from slipgrasp.core.kernel.spatial.torsion_directions import let_begin
 from slipgrasp.core.kernel.spatial.torsion_modes import contacts_creep
 from slipgrasp.core.kernel.spatial.workspace import STICK
 

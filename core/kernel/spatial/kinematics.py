@@ -20,10 +20,10 @@ from slipgrasp.core.kernel.spatial.chain import (
     CHAIN_STATE,
     SEED,
     chain_turning,
-    moment_at_chain,
     move_chain,
     solve_chain,
 )
+from slipgrasp.core.kernel.spatial.chain_dynamics import moment_at_chain
 from slipgrasp.core.kernel.spatial.curved_faces import FLAT, bend_bias, follow_face
 from slipgrasp.core.kernel.spatial.model import HAND
 from slipgrasp.core.kernel.spatial.state import (

@@ -21,6 +21,7 @@ from slipgrasp.core.kernel.loop.progress import (
 )
 from slipgrasp.core.kernel.loop.slip_rows import make_slip_rows
 from slipgrasp.core.kernel.spatial.chain import copy_seed
+from slipgrasp.core.kernel.spatial.contact_problem import SELECTION_ROOM
 from slipgrasp.core.kernel.spatial.guards import GUARDS, is_past_event
 from slipgrasp.core.kernel.spatial.learning import MEMORY
 from slipgrasp.core.kernel.spatial.model import MODEL
@@ -32,12 +33,11 @@ from slipgrasp.core.kernel.spatial.rows import (
     spatial_evaluate,
     spatial_fill,
 )
-from slipgrasp.core.kernel.spatial.selection import SELECTION_ROOM, normalise
 from slipgrasp.core.kernel.spatial.sensing import SENSES
-from slipgrasp.core.kernel.spatial.state import STATE, parts_of
+from slipgrasp.core.kernel.spatial.state import STATE, normalise, parts_of
 from slipgrasp.core.kernel.spatial.stepper import STEP, state_inside
 from slipgrasp.core.kernel.spatial.tally import TALLY, spatial_tally
-from slipgrasp.core.kernel.spatial.torsion import is_short
+from slipgrasp.core.kernel.spatial.torsion_directions import is_short
 from slipgrasp.core.kernel.spatial.ways import least_margin
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 from slipgrasp.core.scenario.space import SPATIAL

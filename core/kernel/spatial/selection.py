@@ -6,22 +6,27 @@ phases and directions are derived from the solution of the contact problem.
 
 from __future__ import annotations
 
-import numpy as np
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
 from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.loop.friction import has_static_excess
 from slipgrasp.core.kernel.loop.guards import FORCE_BAND
-from slipgrasp.core.kernel.numerics.elementary import square
 from slipgrasp.core.kernel.spatial.contact_problem import (
-    FEW_STARTS,
-    MANY_STARTS,
     SELECTION_ROOM,
-    solve_contacts,
     spatial_contacts,
 )
-from slipgrasp.core.kernel.spatial.enumeration import REST_FORCE, spatial_enumerate
+from slipgrasp.core.kernel.spatial.contact_solution import (
+    LEAVING_SHARE,
+    NONE_CONSISTENT,
+    NONE_REGULAR,
+    OPENS,
+    SELECTED,
+    begin_slip,
+    find_closed,
+    let_slip,
+    size_in_way,
+)
 from slipgrasp.core.kernel.spatial.flow import (
     SURE_SPEED,
     set_derivative,
@@ -29,15 +34,14 @@ from slipgrasp.core.kernel.spatial.flow import (
     spatial_plant,
 )
 from slipgrasp.core.kernel.spatial.model import MODEL
-from slipgrasp.core.kernel.spatial.state import ATTITUDE, STATE, velocity_at
-from slipgrasp.core.kernel.spatial.torsion import (
+from slipgrasp.core.kernel.spatial.state import STATE, normalise, velocity_at
+from slipgrasp.core.kernel.spatial.torsion import begin_contact_problem, spatial_begin_at_once
+from slipgrasp.core.kernel.spatial.torsion_directions import (
     LEAVES,
     RESTS,
-    begin_contact_problem,
     is_short,
     let_marked_stick,
     mark_resting,
-    spatial_begin_at_once,
 )
 from slipgrasp.core.kernel.spatial.torsion_stops import spatial_keep_stick
 from slipgrasp.core.kernel.spatial.ways import (
@@ -45,15 +49,11 @@ from slipgrasp.core.kernel.spatial.ways import (
     friction_margin,
     name_phase,
     parts_of_way,
-    size_with_spin,
-    way_size,
     way_speed,
 )
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, WORKSPACE
 
-SELECTED, NONE_CONSISTENT, OPENS, NONE_REGULAR = range(4)
 PROBE_TIME, MARGIN_SLOPE = 1e-6, 1e-5
-LEAVING_SHARE = 1e-3  # relative decrease by creep of a force that has just reached its bound
 AGREEMENT = 1e-6  # of forces of Newton's method and the reduced form, absolute [N] and relative
 
 
@@ -177,55 +177,14 @@ def _probe_slopes(
 
 
 @compiled
-def normalise(state: Record) -> None:
-    """Normalizes the attitude quaternion."""
-    x, total = state.x, 0.0
-    for k in range(4):
-        total += square(x[ATTITUDE + k])
-    scale = 1.0 / np.sqrt(total)
-    for k in range(4):
-        x[ATTITUDE + k] *= scale
-
-
-@compiled
 def _let_leave(model: Record, discrete: Record, work: Record, room: Record) -> None:
     """Starts slips that begin smoothly, opposite to the friction force: g = -F_t / |F_t|."""
     for i in range(model.num_fingers):
         for way in range(model.ways):
             x, y, z = work.forces[i, 0], work.forces[i, 1], work.moments[i]
-            if room.leaving[i, way] == 1 and _size(model, way, x, y, z) > 0.0:
-                _begin_slip(model, discrete, i, way, -x, -y, -z)
+            if room.leaving[i, way] == 1 and size_in_way(model, way, x, y, z) > 0.0:
+                begin_slip(model, discrete, i, way, -x, -y, -z)
         name_phase(model, discrete, i)
-
-
-@compiled
-def _size(model: Record, way: int, x: float, y: float, z: float) -> float:
-    """Magnitude of a tangential vector in a slip mode, including spin for soft fingertips."""
-    return size_with_spin(x, y, z) if model.soft == 1 else way_size(model, way, x, y)
-
-
-@compiled
-def _begin_slip(
-    model: Record,
-    discrete: Record,
-    i: int,
-    way: int,
-    first: float,
-    second: float,
-    third: float,
-) -> None:
-    """Starts a slip along a tangential vector with a component about the normal.
-
-    At this instant the friction of a soft contact is that of the solution or of stick, so that
-    creep causes no jump of forces.
-    """
-    discrete.frozen[i, way] = 1 if model.soft == 0 else LEAVES
-    size = _size(model, way, first, second, third)
-    for axis in axes_of(model, way):
-        discrete.slips[i, axis] = 1.0
-        discrete.directions[i, axis] = (first if axis == 0 else second) / size
-    if model.soft == 1:
-        discrete.directions[i, 2] = third / size
 
 
 @compiled
@@ -241,42 +200,6 @@ def _loosen_overcome(model: Record, work: Record, room: Record) -> bool:
                 room.bounds[i, way] = model.truth.friction[i]
                 found = True
     return found
-
-
-@compiled
-def _loosen_slipping(model: Record, discrete: Record, room: Record) -> bool:
-    """Sets sliding friction where the solution slips under static friction; True if any.
-
-    All free slip modes are then reset to stick.
-    """
-    found = False
-    for i in range(model.num_fingers):
-        for way in range(model.ways):
-            if _slips_on_static_bound(model, discrete, room, i, way):
-                room.bounds[i, way] = model.truth.friction[i]
-                found = True
-    if found:
-        _let_rest(model, discrete, room)
-    return found
-
-
-@compiled
-def _slips_on_static_bound(model: Record, discrete: Record, room: Record, i: int, way: int) -> bool:
-    """True if a free slip mode slips in the solution under its larger static friction."""
-    begins = room.free[i, way] == 1 and discrete.slips[i, way] == 1.0
-    return begins and room.bounds[i, way] > model.truth.friction[i]
-
-
-@compiled
-def _let_rest(model: Record, discrete: Record, room: Record) -> None:
-    """Sets all free slip modes to stick."""
-    for i in range(model.num_fingers):
-        for way in range(model.ways):
-            if room.free[i, way] == 1:
-                discrete.frozen[i, way] = 0
-                for axis in axes_of(model, way):
-                    discrete.slips[i, axis] = discrete.directions[i, axis] = 0.0
-                discrete.directions[i, 2] = 0.0
 
 
 @compiled
@@ -300,124 +223,6 @@ def _let_stick(model: Record, discrete: Record, state: Record, work: Record, roo
 
 
 @compiled
-def _take_solution(model: Record, discrete: Record, room: Record) -> int:
-    """Sets phases and directions from the solved forces and accelerations."""
-    status = SELECTED
-    for i in range(model.num_fingers):
-        if not room.force[3 * i + 2] > 0.0:
-            room.concerned = i
-            status = OPENS
-        for way in range(model.ways):
-            if room.free[i, way] == 1:
-                _take_way(model, discrete, room, i, way)
-        name_phase(model, discrete, i)
-    return status
-
-
-@compiled
-def _take_way(model: Record, discrete: Record, room: Record, i: int, way: int) -> None:
-    """Sets a free slip mode to slip if it accelerates or leaves its cone smoothly.
-
-    The direction is opposite to the friction force, which is known however small the acceleration.
-    """
-    first, mobility = 3 * i, room.mobility
-    mass = 1.0 / max(mobility[first, first], mobility[first + 1, first + 1])
-    x, y = room.opening[first], room.opening[first + 1]
-    fx, fy, normal = room.force[first], room.force[first + 1], room.force[first + 2]
-    z, fz = room.spins[i], room.moments[i]
-    force, cone = _size(model, way, fx, fy, fz), room.bounds[i, way] * normal
-    accelerates = mass * _size(model, way, x, y, z) > REST_FORCE * (1.0 + normal)
-    share = FORCE_BAND if model.soft == 0 or room.leaving[i, way] == 0 else LEAVING_SHARE
-    is_on_cone = force >= cone * (1.0 - share) and force > 0.0
-    if is_on_cone and (accelerates or room.leaving[i, way] == 1):
-        _begin_slip(model, discrete, i, way, -fx, -fy, -fz)
-    elif accelerates:
-        _begin_slip(model, discrete, i, way, x, y, z)
-
-
-@compiled_apart(types.int64, MODEL, DISCRETE, WORKSPACE, SELECTION_ROOM, types.int64, types.int64)
-def spatial_answer(
-    model: Record, discrete: Record, work: Record, room: Record, first: int, starts: int
-) -> int:
-    """Solves the contact problem for the current bounds, and sets phases and directions.
-
-    The arguments are those of `solve_contacts`.
-    """
-    if solve_contacts(model, discrete, work, room, first, starts) == 0:
-        return NONE_CONSISTENT
-    return _take_solution(model, discrete, room)
-
-
-@compiled
-def _let_slip(model: Record, discrete: Record, work: Record, room: Record) -> int:
-    """Sets phases and directions by the contact problem, with sliding friction for slips."""
-    while True:
-        status = spatial_answer(model, discrete, work, room, 0, MANY_STARTS)
-        if status == NONE_CONSISTENT or not _loosen_slipping(model, discrete, room):
-            return status
-
-
-@compiled
-def _find_closed(model: Record, discrete: Record, work: Record, room: Record) -> bool:
-    """Tries all choices of static or sliding friction; True if all contacts push in a solution.
-
-    Several choices may be consistent if friction in stick is larger than in slip. In the pyramid,
-    all combinations of phases are tried last.
-    """
-    concerned, restarts = room.concerned, room.restarts
-    for choice in range(1 << (model.ways * model.num_fingers)):
-        if _choose_bounds(model, room, choice) and _is_held(model, discrete, work, room):
-            return True
-    room.concerned, room.restarts = concerned, restarts
-    return model.ways == 2 and spatial_enumerate(model, discrete, room) == 1
-
-
-@compiled
-def _choose_bounds(model: Record, room: Record, choice: int) -> bool:
-    """Sets sliding friction for the slip modes in the bits of ``choice``; False if not applicable.
-
-    Soft contacts may have several solutions even if static and sliding friction are equal.
-    """
-    truth, has_excess = model.truth, model.soft == 1
-    for i in range(model.num_fingers):
-        for way in range(model.ways):
-            is_loose = (choice >> (model.ways * i + way)) & 1 == 1
-            has_choice = has_static_excess(model, i) and room.free[i, way] == 1
-            if is_loose and not has_choice:
-                return False
-            has_excess = has_excess or has_choice
-            room.bounds[i, way] = truth.friction[i] if is_loose else truth.static_friction[i]
-    return has_excess
-
-
-@compiled
-def _is_held(model: Record, discrete: Record, work: Record, room: Record) -> bool:
-    """True if a solution has closed contacts, and sticks where static friction is set.
-
-    With slips in progress the problem may have several solutions, so more starts are tried.
-    """
-    first, status = 0, OPENS
-    while status != NONE_CONSISTENT:
-        _let_rest(model, discrete, room)
-        starts = FEW_STARTS if model.soft == 0 else MANY_STARTS
-        status = spatial_answer(model, discrete, work, room, first, starts)
-        if status == SELECTED and _keeps_static_bounds(model, discrete, room):
-            return True
-        first = room.start + 1
-    return False
-
-
-@compiled
-def _keeps_static_bounds(model: Record, discrete: Record, room: Record) -> bool:
-    """True if all slip modes with larger static friction stick in the solution."""
-    for i in range(model.num_fingers):
-        for way in range(model.ways):
-            if _slips_on_static_bound(model, discrete, room, i, way):
-                return False
-    return True
-
-
-@compiled
 def _let_overcome(model: Record, discrete: Record, work: Record, room: Record) -> bool:
     """Starts the slip of soft contacts that stick, but are outside their bound due to creep."""
     found = False
@@ -426,7 +231,7 @@ def _let_overcome(model: Record, discrete: Record, work: Record, room: Record) -
         is_outside = margin < -FORCE_BAND * (1.0 + work.forces[i, 2])
         if room.free[i, 0] == 1 and discrete.slips[i, 0] == 0.0 and is_outside:
             x, y, z = work.forces[i, 0], work.forces[i, 1], work.moments[i]
-            _begin_slip(model, discrete, i, 0, -x, -y, -z)
+            begin_slip(model, discrete, i, 0, -x, -y, -z)
             name_phase(model, discrete, i)
             found = True
     return found
@@ -525,8 +330,8 @@ def spatial_select(
     else:
         spatial_contacts(model, state, work, room)
     if status == NONE_CONSISTENT:
-        status = _let_slip(model, discrete, work, room)
-    if status != SELECTED and not _find_closed(model, discrete, work, room):
+        status = let_slip(model, discrete, work, room)
+    if status != SELECTED and not find_closed(model, discrete, work, room):
         return status
     _take_phases(model, discrete, state, work)
     if model.soft == 1:

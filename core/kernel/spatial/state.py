@@ -30,6 +30,7 @@ import numpy as np
 
 from slipgrasp.core.kernel.compilation.compiler import compiled
 from slipgrasp.core.kernel.compilation.records import MAX_FINGERS, Floats, Record
+from slipgrasp.core.kernel.numerics.elementary import square
 
 POSITION, ATTITUDE, VELOCITY, SPIN, SLIP = 0, 3, 7, 10, 13
 BODY_STATES = SLIP  # number of components of pose and velocity of the object
@@ -145,3 +146,14 @@ def parts_of(state: Record, n: int) -> StateParts:
         slip_velocity=x[SLIP + 2 * n : SLIP + 4 * n],
         scaled_spin_velocity=x[SLIP + 5 * n + 2 : SLIP + 6 * n + 2],
     )
+
+
+@compiled
+def normalise(state: Record) -> None:
+    """Normalizes the attitude quaternion."""
+    x, total = state.x, 0.0
+    for k in range(4):
+        total += square(x[ATTITUDE + k])
+    scale = 1.0 / np.sqrt(total)
+    for k in range(4):
+        x[ATTITUDE + k] *= scale

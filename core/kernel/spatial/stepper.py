@@ -25,10 +25,10 @@ from slipgrasp.core.kernel.spatial.implicit import (
     turn_rate,
 )
 from slipgrasp.core.kernel.spatial.model import IMPLICIT, MODEL
-from slipgrasp.core.kernel.spatial.selection import normalise
 from slipgrasp.core.kernel.spatial.state import (
     MAX_STATE,
     STATE,
+    normalise,
     slip_velocity_at,
     spin_at,
     spin_velocity_at,

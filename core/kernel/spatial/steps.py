@@ -35,7 +35,8 @@ from slipgrasp.core.kernel.spatial.stepper import (
     spatial_step,
     state_inside,
 )
-from slipgrasp.core.kernel.spatial.torsion import begins_slip, keep_directions_at_rest
+from slipgrasp.core.kernel.spatial.torsion import begins_slip
+from slipgrasp.core.kernel.spatial.torsion_directions import keep_directions_at_rest
 from slipgrasp.core.kernel.spatial.workspace import STICK
 
 LEAST_STEP = 1e-14

@@ -9,15 +9,15 @@ from __future__ import annotations
 from numba import types
 
 from slipgrasp.core.kernel.compilation.compiler import compiled, compiled_apart
-from slipgrasp.core.kernel.compilation.records import Floats, Record
+from slipgrasp.core.kernel.compilation.records import Record
 from slipgrasp.core.kernel.spatial.model import MODEL
 from slipgrasp.core.kernel.spatial.state import (
     STATE,
     slip_coordinate,
-    slip_velocity_at,
     velocity_at,
 )
 from slipgrasp.core.kernel.spatial.torsion_contacts import spatial_soft_newton
+from slipgrasp.core.kernel.spatial.torsion_directions import LEAVES, is_short, take_directions
 from slipgrasp.core.kernel.spatial.torsion_equations import move_tip, spatial_mobility
 from slipgrasp.core.kernel.spatial.torsion_layout import FREE, MOVING, NORMAL, ROWS, STUCK, TURN
 from slipgrasp.core.kernel.spatial.torsion_modes import (
@@ -43,13 +43,11 @@ from slipgrasp.core.kernel.spatial.torsion_phases import (
     twist_of,
 )
 from slipgrasp.core.kernel.spatial.torsion_split import set_creep, spatial_relieve
-from slipgrasp.core.kernel.spatial.ways import name_phase, size_with_spin, way_speed
+from slipgrasp.core.kernel.spatial.ways import size_with_spin, way_speed
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, STICK, WORKSPACE
 
 FIRM = 1e3  # penalty that holds given moments in the contact problem [1/kg]
 INSTANT = 1e-9  # time after which friction at slip onset opposes the velocity [s]
-AT_REST = 1e-9  # relative distance of the friction of a contact at rest from its bound
-RESTS, LEAVES = 2, 3  # values of ``frozen``: at rest after slip onset; begins at this instant
 LEAST_LEFT = 0.1  # least fraction of a slip that impulses leave
 EXACT = 1e-14  # spin velocity times e that counts as zero [m/s]
 
@@ -292,32 +290,6 @@ def _forget_crept_at_rest(model: Record, discrete: Record, work: Record) -> bool
 
 
 @compiled
-def take_directions(model: Record, directions: Floats, discrete: Record) -> None:
-    """Sets the directions of contacts at slip onset."""
-    for i in range(model.num_fingers):
-        for part in range(NORMAL if discrete.frozen[i, 0] == 1 else 0):
-            discrete.directions[i, part] = directions[i, part]
-
-
-@compiled
-def keep_directions_at_rest(
-    model: Record, directions: Floats, before: Floats, discrete: Record
-) -> None:
-    """Keeps the earlier directions of contacts at rest, so that their friction is on its bound.
-
-    Args:
-        model: Constants of the run.
-        directions: Directions that friction opposes, shorter than 1 for contacts at rest.
-        before: Earlier directions.
-        discrete: Phases; the directions are changed.
-    """
-    for i in range(model.num_fingers):
-        rests = discrete.frozen[i, 0] == 1 and is_short(directions, i)
-        for part in range(NORMAL if rests else 0):
-            discrete.directions[i, part] = before[i, part]
-
-
-@compiled
 def _point(work: Record, i: int) -> None:
     """Sets the direction that the friction of contact ``i`` opposes."""
     torsion, first = work.torsion, ROWS * i
@@ -334,54 +306,6 @@ def _point(work: Record, i: int) -> None:
     size = size_with_spin(opening[first], opening[first + 1], opening[first + 2])
     for part in range(NORMAL if size > 0.0 else 0):
         work.gamma[i, part] = opening[first + part] / size
-
-
-@compiled
-def is_short(directions: Floats, i: int) -> bool:
-    """True if the friction of contact ``i`` at slip onset is below its bound, so that it rests."""
-    x, y, z = directions[i, 0], directions[i, 1], directions[i, 2]
-    return x * x + y * y + z * z < 1.0 - AT_REST
-
-
-@compiled
-def mark_resting(model: Record, discrete: Record, directions: Floats) -> bool:
-    """Marks contacts that are at slip onset and at rest; True if there are any.
-
-    Until they stick, their friction remains on its bound, opposite to their last direction.
-
-    Args:
-        model: Constants of the run.
-        discrete: Phases.
-        directions: Directions that friction opposes, shorter than 1 for contacts at rest.
-    """
-    found = False
-    for i in range(model.num_fingers):
-        if discrete.frozen[i, 0] == 1 and is_short(directions, i):
-            discrete.frozen[i, 0] = RESTS
-            found = True
-    return found
-
-
-@compiled
-def let_begin(model: Record, discrete: Record) -> None:
-    """From now on, contacts that began to slip at this instant follow their velocity."""
-    for i in range(model.num_fingers):
-        if discrete.frozen[i, 0] == LEAVES:
-            discrete.frozen[i, 0] = 1
-
-
-@compiled
-def let_marked_stick(model: Record, discrete: Record, state: Record) -> None:
-    """Sets the marked contacts to stick."""
-    for i in range(model.num_fingers):
-        if discrete.frozen[i, 0] == RESTS:
-            discrete.frozen[i, 0] = 0
-            for axis in range(2):
-                discrete.slips[i, axis] = 0.0
-                state.x[slip_velocity_at(model.num_fingers, i, axis)] = 0.0
-            for part in range(NORMAL):
-                discrete.directions[i, part] = 0.0
-            name_phase(model, discrete, i)
 
 
 @compiled

@@ -18,8 +18,9 @@ from slipgrasp.core.kernel.numerics.methods import method_of
 from slipgrasp.core.kernel.spatial.flow import set_derivative, spatial_plant
 from slipgrasp.core.kernel.spatial.guards import sample_guards
 from slipgrasp.core.kernel.spatial.kinematics import update_kinematics
-from slipgrasp.core.kernel.spatial.selection import normalise
-from slipgrasp.core.kernel.spatial.torsion import spatial_begin_slips, take_directions
+from slipgrasp.core.kernel.spatial.state import normalise
+from slipgrasp.core.kernel.spatial.torsion import spatial_begin_slips
+from slipgrasp.core.kernel.spatial.torsion_directions import take_directions
 from slipgrasp.core.kernel.spatial.torsion_layout import NORMAL
 from slipgrasp.core.kernel.spatial.torsion_phases import prepare_pads
 
