@@ -46,7 +46,7 @@ def missed(run):
 
 
 def test_random_hands_in_space_end_truly():
-    drawn = (draw(PAIRS_IN_SPACE, SEED, index) for index in range(20))
+    drawn = (draw(PAIRS_IN_SPACE, SEED, index) for index in range(30))
     judgements = [judge_run(run, twice=index % 2 == 0) for index, run in enumerate(drawn)]
     assert not {index: j for index, j in enumerate(judgements) if j.missed}
     assert len({judgement.outcome for judgement in judgements}) >= 3

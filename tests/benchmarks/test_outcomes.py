@@ -76,7 +76,7 @@ def chattering(run, times):
 # The sample
 
 
-@pytest.mark.parametrize(("population", "count"), [(PAIRS, 40), (ON_BOUNDS, 40)])
+@pytest.mark.parametrize(("population", "count"), [(PAIRS, 60), (ON_BOUNDS, 60)])
 def test_random_runs_end_truly(population, count):
     judgements = [
         judge_run(draw(population, SEED, index), twice=index % 2 == 0) for index in range(count)

@@ -13,7 +13,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 
 pytestmark = pytest.mark.slow
 
-SEED, COUNT = 3, 12
+SEED, COUNT = 3, 20
 
 
 @pytest.fixture(scope="module")

@@ -108,7 +108,7 @@ def test_the_minimum_with_a_fixed_parameter_is_also_the_lowest_of_all(objective,
 
 @pytest.mark.slow
 def test_as_many_intervals_hold_the_truth_as_the_closed_form_says(objective, around):
-    count, inside, expected = 50, 0, 0
+    count, inside, expected = 100, 0, 0
     for number in range(count):
         twin, noise = twin_of(objective, number)
         found = around.minimise(twin, TRUTH)

@@ -210,7 +210,7 @@ def test_a_fit_shows_its_profiles_while_they_fill(serving, data):
 
 def test_a_fit_whose_service_is_killed_continues_with_the_same_result(tmp_path, data, serving):
     """What a kill leaves is what lies in the folder at that moment."""
-    fit = create(serving, request(data[1], twins=8))
+    fit = create(serving, request(data[1], twins=20))
     until(serving, fit, lambda now: now["stage"] == "twins" and now["share"] > 0.2)
     shutil.copytree(data[0], tmp_path / "left")
     journal = tmp_path / "left" / "fits" / fit["id"] / "fit.mcap.journal"

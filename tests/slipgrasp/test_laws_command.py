@@ -185,7 +185,8 @@ def test_a_law_that_is_not_there_is_refused_in_a_sentence(specification, told, c
     assert told in capsys.readouterr().err
 
 
-def test_a_study_names_a_law_and_workers_give_the_rows_of_this_process(capsys):
+@pytest.mark.parametrize("executor", ["processes", "dask"])
+def test_a_study_names_a_law_and_workers_give_the_rows_of_this_process(executor, capsys):
     text = (
         'base = "composite-case-2"\nlaw = "law.py:Carry"\nrecordings = "none"\n'
         '[set]\n"simulation.duration" = 0.1\n'
@@ -193,7 +194,7 @@ def test_a_study_names_a_law_and_workers_give_the_rows_of_this_process(capsys):
     )
     Path("study.toml").write_text(text, encoding="utf-8")
     hashes = []
-    for where in (("inline",), ("processes", "--workers", "2")):
+    for where in (("inline",), (executor, "--workers", "2")):
         forget("carry")
         output = f"out-{where[0]}"
         status, found = run(capsys, "study", "study.toml", "--output", output, "--executor", *where)
