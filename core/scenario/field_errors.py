@@ -77,8 +77,8 @@ def _field_error(key: str, item: Any, space: Space) -> FieldError:
     shown = echo(value)
     if kind in ("missing", "missing_argument", "missing_keyword_only_argument"):
         return FieldError.at(key, None, limit, "is missing")
-    quote = "'" * isinstance(value, str)
-    told = "" if shown is None else f" is {quote}{shown}{quote}"
+    quoted = f"'{shown}'" if isinstance(value, str) else shown
+    told = "" if shown is None else f" is {quoted}"
     # The limit of a choice already lists its words.
     is_choice = kind == "literal_error" and limit
     problem = "" if is_choice else f": {item['msg'][:1].lower()}{item['msg'][1:]}"

@@ -354,6 +354,7 @@ def test_code_is_parsed_again_if_another_thread_parsed_at_the_same_time(monkeypa
             raise SystemError(failures.pop())
         return parse(code)
 
-    monkeypatch.setattr(ast, "parse", parse_late)
-    found = _trees_in.__wrapped__(packing.__file__)
+    with monkeypatch.context() as patch:
+        patch.setattr(ast, "parse", parse_late)
+        found = _trees_in.__wrapped__(packing.__file__)
     assert "make_table" in found and not failures
