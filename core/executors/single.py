@@ -121,7 +121,8 @@ def _answer_of(
             continue
         message = event.message
         if message is None:
-            raise WorkerDiedError(process.how_it_ended() if told_at == math.inf else _TOO_LATE)
+            how = process.how_it_ended()
+            raise WorkerDiedError(how if told_at == math.inf else _TOO_LATE)
         if message.kind is Kind.READY:
             process.note_ready()
         elif message.kind is Kind.PROGRESS:

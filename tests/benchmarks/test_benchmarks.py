@@ -362,7 +362,7 @@ def test_a_cluster_that_outruns_its_scheduler_needs_more_of_them():
     assert [row[3] for row in table.rows] == ["1", "2", "13", "103"]
     assert [row[1] for row in table.rows] == ["83 min", "17 min", "17 min", "17 min"]
     assert table.rows[0][2] == table.rows[0][4] == "58 days"
-    assert "300 MB and 300 GB" in table.notes[1]
+    assert "(300 MB)" in table.notes[0] and "(300 GB)" in table.notes[0]
 
 
 def test_cost_of_a_run_is_that_of_its_worker_and_that_of_its_scheduler():

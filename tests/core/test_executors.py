@@ -17,10 +17,11 @@ import pytest
 from slipgrasp.core import awake_clock
 from slipgrasp.core.awake_clock import LONGEST_GAP, AwakeClock
 from slipgrasp.core.exceptions import ScenarioError
-from slipgrasp.core.executors import AHEAD, ExecutorError, make_executor, processes
+from slipgrasp.core.executors import AHEAD, ExecutorError, make_executor, processes, single
 from slipgrasp.core.executors.limits import LEAST_MEMORY, WorkerLimits
 from slipgrasp.core.executors.processes import ProcessExecutor
-from slipgrasp.core.executors.single import SingleTasks
+from slipgrasp.core.executors.single import SingleTasks, WorkerDiedError
+from slipgrasp.core.executors.worker_process import WorkerProcess
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from tests.core import executor_tasks as work
 from tests.waiting import PATIENCE, wait_until
@@ -231,6 +232,21 @@ def test_a_task_that_tells_how_far_it_is_all_the_time_hears_that_it_is_to_stop()
     tasks = SingleTasks(WorkerLimits.shared_by(1))
     shares = []
     assert tasks.do(work.report_until_asked, 0, lambda: len(shares) > 5, shares.append) == "asked"
+    tasks.close()
+
+
+def test_a_task_that_does_not_stop_is_killed_and_its_process_waited_for(monkeypatch, tmp_path):
+    started, sign = [], tmp_path / "sign"
+
+    def start(*options):
+        started.append(WorkerProcess(*options))
+        return started[-1]
+
+    monkeypatch.setattr(single, "WorkerProcess", start)
+    tasks = SingleTasks(WorkerLimits.shared_by(1))
+    with pytest.raises(WorkerDiedError, match="did not finish within 1 s of the request"):
+        tasks.do(work.leave_a_sign_for_ever, str(sign), sign.exists)
+    assert started[0]._process.returncode == -signal.SIGKILL
     tasks.close()
 
 

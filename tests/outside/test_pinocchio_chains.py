@@ -7,7 +7,7 @@ import pinocchio
 import pytest
 
 from slipgrasp.core.kernel.compilation.records import make_record
-from slipgrasp.core.kernel.spatial import chain
+from slipgrasp.core.kernel.spatial import chain, chain_dynamics
 from slipgrasp.core.kernel.spatial.chain_packing import pack_chain
 from slipgrasp.core.scenario.hand_files.description import Description
 from slipgrasp.core.scenario.hand_files.urdf import read_urdf
@@ -24,11 +24,11 @@ ALIGNED = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
 
 place_chain = from_python(chain.place_chain)
 move_chain = from_python(chain.move_chain)
-weigh_chain = from_python(chain.weigh_chain)
-chain_weight = from_python(chain.chain_weight)
+weigh_chain = from_python(chain_dynamics.weigh_chain)
+chain_weight = from_python(chain_dynamics.chain_weight)
 chain_turning = from_python(chain.chain_turning)
-moment_at_chain = from_python(chain.moment_at_chain)
-see_at_tip = from_python(chain.see_at_tip)
+moment_at_chain = from_python(chain_dynamics.moment_at_chain)
+see_at_tip = from_python(chain_dynamics.see_at_tip)
 
 
 def written(vector):
