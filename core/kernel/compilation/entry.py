@@ -64,16 +64,22 @@ def compile_entry(
     flags.no_compile = True  # before the entry exists
     _unroll_loops(unrolled=False)
     context = cpu_target.target_context
-    with global_compiler_lock, _without_vectors(), _without_code_of_parts(context):
-        result = compile_extra(
-            cpu_target.typing_context,
-            context,
-            function,
-            signature.args,
-            signature.return_type,
-            flags,
-            {},
-        )
+    with (
+        global_compiler_lock,
+        _replaced(config, "LOOP_VECTORIZE", 0),
+        # Each pass prints its types for a log; printing records takes an eighth of it.
+        _replaced(types.Record, "__repr__", types.Type.__repr__),
+    ):
+        with _without_code_of_parts(context):
+            result = compile_extra(
+                cpu_target.typing_context,
+                context,
+                function,
+                signature.args,
+                signature.return_type,
+                flags,
+                {},
+            )
         name = result.fndesc.llvm_cfunc_wrapper_name
         result.library.add_ir_module(_entry_module(context, result.fndesc, name))
         result.library._final_module.get_function(result.fndesc.llvm_func_name).linkage = "internal"
@@ -116,27 +122,25 @@ def _without_code_of_parts(context: Any) -> Iterator[None]:
 
     Numba needs an object in its place, marked as not callable.
     """
-    before = context.get_executable
 
     def describe(library: Any, description: Any, environment: Any) -> Any:
         name = description.qualname.split(".")[-1]
         module = description.lookup_module()
         return _dynfunc.make_function(module, name, "inlined", 0, environment, (library,))
 
-    context.get_executable = describe
-    try:
+    with (
+        _replaced(context, "get_executable", describe),
+        _replaced(context.codegen(), "_add_module", lambda module: None),
+    ):
         yield
-    finally:
-        context.get_executable = before
 
 
 @contextmanager
-def _without_vectors() -> Iterator[None]:
-    """A context in which numba vectorises no loops: a global setting."""
-    settings: Any = config
-    before = settings.LOOP_VECTORIZE
-    settings.LOOP_VECTORIZE = 0
+def _replaced(owner: Any, name: str, value: Any) -> Iterator[None]:
+    """A context in which an attribute of numba has another value."""
+    before = getattr(owner, name)
+    setattr(owner, name, value)
     try:
         yield
     finally:
-        settings.LOOP_VECTORIZE = before
+        setattr(owner, name, before)
