@@ -6,7 +6,7 @@
     spatial:  world → object, desired and fingers, with finger_i/yaw between base and link_0
     slides:   finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/tip
     chain:    finger_i/base → finger_i/link_0 → finger_i/link_1 → finger_i/link_2 → … → finger_i/tip
-    support:  world → plane → object, contact_0
+    support:  world → plane → object, desired, contact_0
     rail:     as planar, with contact_1 of the rail below the centre of the object
 
 `world` has z up. `plane` is the model's plane (docs/model.md), vertical in the world: its x and y

@@ -216,7 +216,7 @@ class ProcessExecutor(Executor):
     def _note_failed_start(self, was_killed: bool) -> None:
         """Counts a failed start, and delays the next one if the worker was killed.
 
-        The cause of a kill is often temporary, so the delay doubles with each of them.
+        The cause of a kill is often temporary, so the delay doubles with each kill.
         """
         if not was_killed:
             self._failed_starts += 1

@@ -61,7 +61,7 @@ def recover(source: Path, output: Path, *, overwrite: bool = False) -> Recovered
         RecordingError: If it cannot be read, or the output cannot be written.
     """
     if source.suffix == PART_SUFFIX and _is_being_written(source):
-        raise RecordingBusyError(source, "another run is writing it")
+        raise RecordingBusyError(source, "another process is writing it")
     if source.suffix != PART_SUFFIX and _is_whole(source):
         raise NothingToRecoverError(source, "it is a complete recording")
     recovered = _recover(source, output, overwrite=overwrite)
@@ -91,8 +91,8 @@ def recovered_name(source: Path) -> Path:
 def recover_orphans(folder: Path) -> list[Recovered]:
     """Recovers every unfinished recording in a folder that no process is writing.
 
-    Files without samples are renamed to ``NAME.damaged``; only empty files and complete copies are
-    deleted.
+    Files without samples are renamed to ``NAME.damaged``. Empty files, originals of recovered runs
+    and leftover copies are deleted.
     """
     left = unfinished_files(folder)
     delete_orphaned_copies(left)
@@ -108,7 +108,7 @@ def unfinished_files(folder: Path) -> list[Path]:
 
 
 def delete_orphaned_copies(unfinished: Iterable[Path]) -> None:
-    """Deletes files of interrupted recoveries and copies, whose originals still exist."""
+    """Deletes leftover files of interrupted recoveries and copies; their originals still exist."""
     for copy in unfinished:
         if copy.name.endswith(_COPIES):
             _delete_if_orphaned(copy)

@@ -47,10 +47,10 @@ from slipgrasp.recordings.store.stored_run import StoredRun
 
 DATA_VARIABLE = "SLIPGRASP_DATA"
 UPLOAD_SUFFIX = ".upload.part"
-"""Suffix of an unfinished upload, not that of a run, because it cannot be recovered."""
+"""Suffix of an unfinished upload; unlike an unfinished run, it cannot be recovered."""
 
 SIDECAR_PART = ".json.part"
-"""Suffix of an unfinished sidecar, which adds nothing to the recording or the previous one."""
+"""Suffix of an unfinished sidecar; the recording and the previous sidecar have all it contains."""
 
 CHECK_BYTES = 1 << 24
 
@@ -130,14 +130,14 @@ class RecordingStore:
         return Reservation(run_id, self._files.recording(run_id))
 
     def check_space(self, incoming: int = 0) -> None:
-        """Checks whether another run can be stored; raises as `reserve`."""
+        """Checks whether another run can be stored; raises the errors of `reserve`."""
         self.prepare()
         self._limits.check(self._files.path, incoming)
 
     def check_writable(self) -> None:
-        """Writes some bytes as a test, and raises as `reserve`.
+        """Writes some bytes as a test; raises the errors of `reserve`.
 
-        Permissions do not show whether a disk has failed, or was mounted again as read-only.
+        Permissions do not show whether a disk has failed, or has been remounted read-only.
         """
         self.check_space()
         try:
@@ -201,7 +201,7 @@ class RecordingStore:
     def keep(
         self, run_id: str, data: bytes, description: Description, annotations: Annotations
     ) -> StoredRun:
-        """Stores a recording from elsewhere; it replaces one of the same id.
+        """Stores a recording from elsewhere; it replaces one with the same id.
 
         Args:
             run_id: Its id.
@@ -223,7 +223,7 @@ class RecordingStore:
         return Upload(reservation.path, self._limits)
 
     def discard_unfinished(self, unfinished: Iterable[Path]) -> None:
-        """Deletes parts of uploads and of sidecars of a service that was killed.
+        """Deletes the unfinished uploads and sidecars of a killed service.
 
         Args:
             unfinished: All unfinished files in the folder.
@@ -251,7 +251,7 @@ class RecordingStore:
         return self._index.find(query)
 
     def begin_listing(self) -> None:
-        """Starts indexing the folder, to shorten the wait of the first search."""
+        """Starts indexing the folder, to shorten the wait for the first search."""
         self._index.begin()
 
     def note(self, run_id: str) -> None:
@@ -349,7 +349,7 @@ class Upload:
     """Receives the bytes of a recording; an error before the end of `finish` deletes them.
 
     Args:
-        path: The path of the recording once it is complete and was read without error.
+        path: The path of the recording once it is complete and has been read without error.
         limits: Limits of the size of the folder.
     """
 
@@ -414,7 +414,7 @@ class Upload:
             Description.from_result(result)
         except RecordingError as error:
             if time.monotonic() > end:
-                told = f"reading the upload takes more than {allowed:.3g} s, the most for its size"
+                told = f"reading the upload takes more than {allowed:.3g} s, the limit for its size"
                 raise UploadError(told) from error
             raise _told_of_upload(error, part) from error
         self._stack.close()

@@ -128,7 +128,7 @@ class RunService:
 
     @property
     def recovering(self) -> list[str]:
-        """Runs of a killed service, or of a full disk, that are still to be recovered."""
+        """Runs cut off by a kill or a full disk that are still to be recovered."""
         return self._recovery.run_ids
 
     @property
@@ -208,8 +208,8 @@ class RunService:
             make_scenario: Returns the scenario, or raises its errors, in the worker.
 
         Returns:
-            The pending run. Its result has the stored run: None if writing it failed during the
-            simulation, which then is ``failed``.
+            The pending run. Its result includes the stored run, or None if writing it failed; the
+            outcome is then ``failed``.
 
         Raises:
             ServiceBusyError: If too many runs are waiting.
@@ -267,7 +267,7 @@ class RunService:
         Raises:
             RecordingNotFoundError: If it does not exist.
             StorageFullError: If there was no space for it.
-            RunUnrecordableError: If nothing could be written of it.
+            RunUnrecordableError: If none of it could be written.
         """
         found = self._find(run_id)
         if found is None:
@@ -314,7 +314,7 @@ class RunService:
             pending, unsaved = self._pending.get(run_id), self._unsaved.get(run_id)
         if pending is not None:
             return pending
-        # A run that a full disk has interrupted may be recovered meanwhile.
+        # A run that a full disk interrupted may have been recovered in the meantime.
         with suppress(RecordingNotFoundError):
             return self.store.get(run_id)
         if isinstance(unsaved, SlipgraspError):
@@ -386,7 +386,7 @@ class RunService:
         return lambda: pending.is_to_stop or self._must_stop()
 
     def _settle(self, pending: PendingRun, work: Future[Ended | None]) -> None:
-        """Moves an ended run to the finished ones, then notifies waiting requests."""
+        """Removes an ended run from the pending ones, then notifies waiting requests."""
         if work.cancelled():
             self._forget(pending)
         elif (error := work.exception()) is not None:

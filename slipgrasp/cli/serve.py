@@ -48,8 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser.add_argument_group(
             "retention",
             "By default no run is deleted. Runs that these rules do not retain are deleted at the "
-            "start and every hour: at the start, and later by age, at most a tenth of all runs at "
-            "a time.",
+            "start and then every hour: at the start, and by age also later, at most a tenth of "
+            "all runs each time.",
         )
     )
     add_log_format(parser)

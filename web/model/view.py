@@ -197,7 +197,7 @@ class Ghost:
 
     @property
     def drawn(self) -> RunResult | None:
-        """The run to draw in the scene; None for measured data without all of the pose."""
+        """The run to draw in the scene; None for measured data without a complete pose."""
         result = self.shown.result
         return result if np.isfinite(result.trace.object_pose[0]).all() else None
 
@@ -234,7 +234,7 @@ class ViewState:
         study: The planned study, and the one whose progress is shown.
         fit: The fit on the screen.
         premises: The assumptions of the theorems for a run, once requested.
-        tour: Index of the last stop of the tour; None outside the tour.
+        tour: Index of the most recent stop of the tour; None outside the tour.
         drag: The current drag of the object; None without one.
     """
 
@@ -332,7 +332,7 @@ def show(view: ViewState, shown: Shown, stage: RunStage, *, afresh: bool) -> Vie
 
 
 def _kept_in(window: TimeWindow, playback: Playback, shown: Shown) -> Playback:
-    """The play head in the window of another run; a paused one stays inside the window.
+    """The play head in the window of another run; if it is paused, the window is extended to it.
 
     Otherwise a control would not act at the time of the pause.
     """

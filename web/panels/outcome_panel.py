@@ -33,8 +33,8 @@ _SMALL = "sg-small"
 _TOLD = 2
 _TRIED_SOON = (RunStage.PREVIEW, RunStage.SAVING, RunStage.SAVED)
 _TONES = (
-    "Green: held near its target after little slip (a length is large above a tenth of the size of "
-    "the object); amber: any other completed run; red: ended early."
+    "Green: held near its target after little slip (up to a tenth of the size of the object is "
+    "little); amber: any other completed run; red: ended early."
 )
 
 
@@ -156,7 +156,7 @@ def _card_html(
 
 
 def _details_of(result: RunResult) -> str:
-    """The content of the details."""
+    """The title of the details, which lists their content."""
     if result.scenario.space.has_hand:
         return "Knowledge, forces, margins, tracking"
     has_control = result.scenario.space.has_control
@@ -198,7 +198,7 @@ def _hint_html(
 ) -> str:
     """Hints: a button with its effect for each option that helped when it was tried.
 
-    If no trial is possible, the hint is a sentence.
+    If no trial is possible, or none helped, the hint is a sentence.
     """
     if outcome.hint.goal is Goal.MARGIN:
         varied = "friction of all fingers" if any(f.friction for f in scenario.fingers) else "mass"
@@ -282,7 +282,7 @@ def status_html(status: RunStatus, shown: Shown | None) -> str:
     speed = f"Computed in {milliseconds(shown.elapsed)}. " if shown else ""
     if status.stage is RunStage.SAVED:
         return _paragraph(f"{speed}Saved as <b>{escape(status.run_id)}</b>.", _SMALL)
-    return _paragraph(f"{speed}A preview; it is saved once the controls rest.", _SMALL)
+    return _paragraph(f"{speed}A preview; it is saved once you stop moving the controls.", _SMALL)
 
 
 def _replay_html(replay: Replay) -> str:
@@ -321,7 +321,7 @@ def _metrics_html(result: RunResult) -> str:
         for title, hint in (
             ("slip path", f"Distance that {who}"),
             ("peak Fₙ", "Largest normal force"),
-            ("smallest margin in stick", "Smallest margin of the tangential force to slip"),
+            ("smallest margin in stick", "Smallest margin between tangential force and slip limit"),
         )
     )
     rows = "".join(f"<tr>{row}</tr>" for row in _finger_rows(result))

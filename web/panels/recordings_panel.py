@@ -267,7 +267,7 @@ def _row_html(run: StoredRun, name: str, is_chosen: bool, is_open: bool) -> str:
 
 def _empty_html(run_list: RunList) -> str:
     words = (
-        "No stored runs yet: every run is saved once the controls rest."
+        "No stored runs yet: every run is saved once you stop moving the controls."
         if run_list.wanted.is_open
         else "No stored run matches."
     )

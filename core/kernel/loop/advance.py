@@ -51,10 +51,10 @@ def make_advance(
     pace_steps: int,
     least_pace: float,
 ) -> tuple[Any, Any]:
-    """Creates the loop for one kind of hand: a compiled unit, and a function that calls it.
+    """Creates the loop for one mechanics: a compiled unit, and a function that calls it.
 
     Args:
-        layouts: Records of this kind of hand.
+        layouts: Records of these mechanics.
         emit: Appends a row for the current state.
         emit_end: Appends the row at the end of the segment.
         emit_due: Appends the rows at output times up to now.

@@ -25,7 +25,7 @@ from slipgrasp.core.kernel.spatial.torsion_layout import FREE, MOVING, NORMAL, R
 from slipgrasp.core.kernel.spatial.ways import axes_of
 from slipgrasp.core.kernel.spatial.workspace import DISCRETE, MAX_FORCES, WORKSPACE
 
-# Random starts of Newton's method: if the bounds are unique, and for one of many choices of bounds.
+# Random starts of Newton's method: for unique bounds, and for each of several choices of bounds.
 MANY_STARTS, FEW_STARTS = 64, 8
 
 # Intermediate values of a selection.
@@ -35,7 +35,7 @@ SELECTION_ROOM = np.dtype(
         ("leaving", np.int64, (MAX_FINGERS, 2)),  # 1 if a force on its cone is about to leave it
         ("stopped", np.int64, (MAX_FINGERS,)),  # 1 if a slip has just ended
         ("bounds", np.float64, (MAX_FINGERS, 2)),  # friction coefficients of free modes
-        ("concerned", np.int64),  # contact without consistent phase, -1 if none
+        ("concerned", np.int64),  # contact without a consistent phase, -1 if none
         ("restarts", np.int64),  # of Newton's method
         ("start", np.int64),  # start from which Newton's method converged
         ("margins", np.float64, (MAX_FINGERS, 2)),
@@ -307,7 +307,7 @@ def _begin_newton(model: Record, work: Record, room: Record, start: int, seed: i
             if start == 0:
                 room.force[3 * i + k] = work.forces[i, k]
                 continue
-            # Linear congruential generator of Numerical Recipes: the same on every machine.
+            # Linear congruential generator from Numerical Recipes: the same on every machine.
             seed = (1664525 * seed + 1013904223) % 4294967296
             share = seed / 4294967296.0
             size = 1.0 + abs(float(work.forces[i, 2]))
