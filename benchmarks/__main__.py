@@ -53,18 +53,8 @@ PARTS = {
     "sysid": "a fit compared with MuJoCo's sysid toolbox; only if named, needs mujoco[sysid]",
     "replay-seek": "scrubbing through a stored minute in the dashboard",
 }
-_SEEDED = [
-    "outcomes",
-    "hands-in-space",
-    "soft-grasps",
-    "hints",
-    "long-runs",
-    "soak",
-    "reality",
-    "fit-coverage",
-    "fit-stick",
-    "sysid",
-]
+_DRAWN = ["outcomes", "hands-in-space", "soft-grasps", "hints", "long-runs", "soak"]
+_SEEDED = [*_DRAWN, "reality", "fit-coverage", "fit-stick", "sysid"]
 ONLY_IF_NAMED = ("soak", "reality", "sysid")
 
 
@@ -107,9 +97,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = {name: value for name in OPTIONS if (value := getattr(options, name)) is not None}
     for name in given:
         if not set(names) & set(OPTIONS[name].parts):
-            parser.error(
-                f"--{name} {OPTIONS[name].metavar} is for {', '.join(OPTIONS[name].parts)}"
-            )
+            _, metavar, _, parts = OPTIONS[name]
+            parser.error(f"--{name} {metavar} is for {', '.join(parts)}")
     prepare_kernel()
     setting, tables = _setting(), []
     print(format_text(setting))
@@ -138,12 +127,8 @@ def _parser() -> argparse.ArgumentParser:
         description=f"Measure speed, cost, memory and accuracy, also of peers.\n\n{listed}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        "parts",
-        nargs="*",
-        metavar="PART",
-        help="one of the above; all but soak, reality and sysid if left out",
-    )
+    words = "one of the above; all but soak, reality and sysid if left out"
+    parser.add_argument("parts", nargs="*", metavar="PART", help=words)
     for name, option in OPTIONS.items():
         words = f"{option.words} ({', '.join(option.parts)})"
         parser.add_argument(f"--{name}", type=option.kind, metavar=option.metavar, help=words)

@@ -6,7 +6,7 @@ from urllib.parse import urlencode
 
 from playwright.sync_api import Page, expect
 
-from benchmarks.browser import new_page, open_browser, open_dashboard
+from benchmarks.browser import new_page, open_browser
 from slipgrasp.web.charts.chosen import CHOSEN_TAB
 from slipgrasp.web.model.charts_view import ChartsView
 
@@ -75,7 +75,10 @@ def measure_edits(url: str, edits: int) -> list[tuple[float, float]]:
     with open_browser() as browser:
         page = new_page(browser)
         page.add_init_script(_LISTEN)
-        open_dashboard(page, f"{url}?{urlencode({'fixedDpr': 0.5, 'charts': _LAYOUT})}")
+        page.goto(f"{url}?{urlencode({'fixedDpr': 0.5, 'charts': _LAYOUT})}")
+        page.get_by_text("Saved as").wait_for()
+        page.get_by_role("button", name="Pause", exact=True).click()
+        page.get_by_role("button", name="Play", exact=True).wait_for()
         _open_charts(page)
         return [_edit(page) for _ in range(edits)]
 
