@@ -47,11 +47,7 @@ UNAWARE_OF_NOISE, AWARE_OF_NOISE = "0.3 N expected", "noise of 6 mm/s expected"
 AWARE: dict[str, dict[str, Any]] = {
     UNAWARE_OF_NOISE: _UNAWARE,
     AWARE_OF_NOISE: SETTINGS,
-    "0.3 N, slip by threshold": {
-        **_UNAWARE,
-        **_DETECTED,
-        "sensing.slip_detector": "threshold",
-    },
+    "0.3 N, slip by threshold": {**_UNAWARE, **_DETECTED, "sensing.slip_detector": "threshold"},
     "6 mm/s, slip by sums": {**SETTINGS, **_DETECTED},
 }
 _PRESET_GAINS = ((100.0, 20.0),)

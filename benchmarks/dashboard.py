@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.dashboard_page import measure_edits
 from benchmarks.dashboard_viewers import come_and_go, watch
 from benchmarks.processes import memory_of, processor_time_of
-from benchmarks.report import Table
+from benchmarks.report import Table, table_of_rows
 from benchmarks.service import Service, serve
 from benchmarks.timing import MILLISECONDS
 from slipgrasp.server.memory import LOOK_SECONDS
@@ -56,24 +56,16 @@ def tabulate_viewers(
         counts: Numbers of viewers, one row each.
         counts_in_space: Numbers of viewers of a spatial hand.
     """
-    heads = (
-        "viewers, each its own session",
-        "updates/s of the slowest",
-        "95th percentile of age [ms]",
-        "processor [% of a core]",
-        "kB/s each",
-        "memory [MB each]",
-    )
-    rows = []
+    rows = {}
     for preset, numbers in ((PRESET, counts), (IN_SPACE, counts_in_space)):
         with serve_dashboard(preset) as served:
             # What the first viewer loads is not counted for any.
             watch(served.socket, 1, 1.0, _FIRST, lambda: 0.0)
-            rows += [(f"{preset}, {n}", *_watch_row(served, n)) for n in numbers]
-    return Table("dashboard-viewers", heads, tuple(rows))
+            rows |= {f"{preset}, {n}": _watch_row(served, n) for n in numbers}
+    return table_of_rows("dashboard-viewers", "viewers, each its own session", rows)
 
 
-def _watch_row(served: Service, count: int) -> tuple[str, ...]:
+def _watch_row(served: Service, count: int) -> dict[str, str]:
     settle, before, memory = _SETTLE + 0.5 * count, memory_of(served.process.pid), [0]
 
     def look() -> float:
@@ -82,13 +74,14 @@ def _watch_row(served: Service, count: int) -> tuple[str, ...]:
 
     seen, worked = watch(served.socket, count, settle, _WATCH, look)
     ages = np.concatenate([one.ages for one in seen])
-    return (
-        f"{min(len(one.arrivals) for one in seen) / _WATCH:.1f}",
-        f"{MILLISECONDS * np.percentile(ages, 95):.0f}",
-        f"{100.0 * worked / _WATCH:.0f}",
-        f"{sum(one.num_bytes for one in seen) / count / _WATCH / 1e3:.0f}",
-        f"{(max(memory) - before) / count / 1e6:.1f}",
-    )
+    num_bytes = sum(one.num_bytes for one in seen)
+    return {
+        "updates/s of the slowest": f"{min(len(one.arrivals) for one in seen) / _WATCH:.1f}",
+        "95th percentile of age [ms]": f"{MILLISECONDS * np.percentile(ages, 95):.0f}",
+        "processor [% of a core]": f"{100.0 * worked / _WATCH:.0f}",
+        "kB/s each": f"{num_bytes / count / _WATCH / 1e3:.0f}",
+        "memory [MB each]": f"{(max(memory) - before) / count / 1e6:.1f}",
+    }
 
 
 def tabulate_memory(connects: int = 500) -> Table:

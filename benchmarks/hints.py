@@ -282,12 +282,7 @@ def _imperfect(rng: Random) -> Iterator[tuple[str, Any]]:
         yield "sensing.velocity_noise", rng.uniform(0.0003, 0.003)
 
 
-_DRAWS = (
-    _any_in_plane,
-    _any_in_space,
-    partial(_usual, _PLANAR),
-    partial(_usual, _SPATIAL),
-)
+_DRAWS = (_any_in_plane, _any_in_space, partial(_usual, _PLANAR), partial(_usual, _SPATIAL))
 
 
 def tabulate(cases: list[Case], seed: int) -> Table:

@@ -11,8 +11,6 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -20,14 +18,25 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.processes import Watch, peak_of
-from benchmarks.report import Table, met
+from benchmarks.processes import beside, peak_of, watch
+from benchmarks.report import Table, met, table_of_rows
 from benchmarks.service import Service, serve
 from benchmarks.soak.asking import find_faults
 
 PRESET = "spatial-box"
 LONGEST = {"output 10 kHz": (200.0, 10_000.0), "600 s": (600.0, 3333.0)}
 """Duration and rate of output of the longest legal runs: two million samples [s, Hz]."""
+
+READ = (
+    "/runs/{run}/signals?names=slip,normal_force&t_from={start}&t_to={end}",
+    "/runs/{run}/signals?names=times",
+    "/runs/{run}/signals",
+    "/runs/{run}/signals.csv",
+    "/runs/{run}/signals.parquet",
+    "/diff?a={first}&b={second}",
+    "/runs",
+)
+"""Requests of the readers."""
 
 CONTROL_PERIOD = 1e-4
 READERS = 12
@@ -82,15 +91,18 @@ def measure(duration: float, output_rate: float, readers: int, seed: int) -> Lon
     found = LongRuns()
     with tempfile.TemporaryDirectory() as folder, serve(Path(folder)) as service:
         process = service.process.pid
-        with Watch(partial(service.seconds_of, "/health"), _POLL) as health:
+        with watch(partial(service.seconds_of, "/health"), _POLL) as found.health:
             first = record(service, asked[:2])
             found.first_peak = peak_of(process)
-            with _readers(service, first, readers, seed, found):
+            clients = [partial(_read, service, first, seed + i, found) for i in range(readers)]
+            with beside(*clients, partial(_draw, service, first, found)):
                 second = record(service, asked[2:])
         for run_id in (*first, *second):
             found.outcomes[service.ask(f"/runs/{run_id}")["outcome"]] += 1
-            found.samples.append(_num_samples(service, run_id))
-        found.peak, found.health = peak_of(process), health.samples
+            # The start of the times of the run has their number.
+            head = service.exchange(f"/runs/{run_id}/signals?names=times", keep=400).content
+            found.samples.append(int(head.partition(b'"count":')[2].partition(b",")[0]))
+        found.peak = peak_of(process)
     return found
 
 
@@ -114,50 +126,21 @@ def record(service: Service, requests: list[dict[str, Any]]) -> list[str]:
     return run_ids
 
 
-@contextmanager
-def _readers(
-    service: Service, run_ids: list[str], readers: int, seed: int, found: LongRuns
-) -> Iterator[None]:
-    """A context in which readers make requests about the long recordings."""
-    done = threading.Event()
-    clients = [
-        threading.Thread(target=_read, args=(service, run_ids, seed + i, done, found))
-        for i in range(readers)
-    ]
-    clients.append(threading.Thread(target=_draw, args=(service, run_ids, done, found)))
-    for client in clients:
-        client.start()
-    try:
-        yield
-    finally:
-        done.set()
-        for client in clients:
-            client.join()
-
-
 def _read(
-    service: Service, run_ids: list[str], seed: int, done: threading.Event, found: LongRuns
+    service: Service, run_ids: list[str], seed: int, found: LongRuns, done: threading.Event
 ) -> None:
     """Makes random requests until the runs end."""
     draw = random.Random(seed)
     while not done.is_set():
         run_id, start = draw.choice(run_ids), round(draw.uniform(0.0, 5.0), 2)
-        path = draw.choice(
-            [
-                f"/runs/{run_id}/signals?names=slip,normal_force&t_from={start}&t_to={start + 1}",
-                f"/runs/{run_id}/signals?names=times",
-                f"/runs/{run_id}/signals",
-                f"/runs/{run_id}/signals.csv",
-                f"/runs/{run_id}/signals.parquet",
-                f"/diff?a={run_ids[0]}&b={run_ids[1]}",
-                "/runs",
-            ]
-        )
+        first, second = run_ids
+        path = draw.choice(READ)
+        path = path.format(run=run_id, start=start, end=start + 1, first=first, second=second)
         _note(found, service, path)
         done.wait(draw.uniform(0.0, 1.0))
 
 
-def _draw(service: Service, run_ids: list[str], done: threading.Event, found: LongRuns) -> None:
+def _draw(service: Service, run_ids: list[str], found: LongRuns, done: threading.Event) -> None:
     """Requests the figure repeatedly, at least once."""
     path = f"/diff/figure?a={run_ids[0]}&b={run_ids[1]}&format=png"
     while not found.figure_seconds or not done.is_set():
@@ -176,45 +159,27 @@ def _note(found: LongRuns, service: Service, path: str) -> int:
     return answer.status
 
 
-def _num_samples(service: Service, run_id: str) -> int:
-    """Number of samples of a recording, from the start of a response with its times."""
-    head = service.exchange(f"/runs/{run_id}/signals?names=times", keep=400).content
-    return int(head.partition(b'"count":')[2].partition(b",")[0])
-
-
 def _tabulate(found: dict[str, LongRuns]) -> Table:
-    heads = (
-        "longest runs",
-        "samples",
-        "two runs [MB]",
-        "all [MB]",
-        "health p95 [ms]",
-        "figure [s]",
-        "ends of the runs",
-        "answers",
-        "refused without a reason",
-    )
-    rows = tuple(
-        (
-            name,
-            f"{min(each.samples)} … {max(each.samples)}",
-            f"{each.first_peak / 1e6:.0f}",
-            f"{each.peak / 1e6:.0f}",
-            f"{1e3 * np.quantile(each.health, 0.95):.0f}",
-            f"{np.median(each.figure_seconds):.0f}",
-            _counted(each.outcomes),
-            _counted(each.statuses),
-            str(len(each.unexplained)),
-        )
+    rows = {
+        name: {
+            "samples": f"{min(each.samples)} … {max(each.samples)}",
+            "two runs [MB]": f"{each.first_peak / 1e6:.0f}",
+            "all [MB]": f"{each.peak / 1e6:.0f}",
+            "health p95 [ms]": f"{1e3 * np.quantile(each.health, 0.95):.0f}",
+            "figure [s]": f"{np.median(each.figure_seconds):.0f}",
+            "ends of the runs": _counted(each.outcomes),
+            "answers": _counted(each.statuses),
+            "refused without a reason": str(len(each.unexplained)),
+        }
         for name, each in found.items()
-    )
+    }
     peak = max(each.peak for each in found.values())
     p95 = max(float(np.quantile(each.health, 0.95)) for each in found.values())
     note = (
         f"Target at most {MEMORY_LIMIT / 1e6:.0f} MB: {met(peak <= MEMORY_LIMIT)}; health "
         f"within {1e3 * HEALTH_LIMIT:.0f} ms: {met(p95 <= HEALTH_LIMIT)}."
     )
-    return Table("long-runs", heads, rows, (note,))
+    return table_of_rows("long-runs", "longest runs", rows, note)
 
 
 def _counted(counts: Counter[str]) -> str:

@@ -10,11 +10,7 @@ from dataclasses import replace
 from benchmarks.hands import holding_hand
 from slipgrasp.core.run.simulator import prepare_kernel, simulate
 from slipgrasp.core.scenario import CONTROL_LAWS, RAIL, SPATIAL, SUPPORT, Scenario
-from slipgrasp.core.scenario.loading import (
-    load_scenario,
-    preset_names,
-    with_values,
-)
+from slipgrasp.core.scenario.loading import load_scenario, preset_names, with_values
 
 LAWS, NOISE = "every control law", "noise, filters, latency"
 FINGERS, RANDOM = "two to six fingers", "random scenarios"

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.processes import MemoryWatch
 from benchmarks.service import PATIENCE, Service
 
 STUDIES = "/studies"
@@ -26,10 +25,12 @@ class Load:
     Attributes:
         seconds: Time from first results to last ones [s].
         answers: Response times of each kind [s].
+        finished: Number of finished runs of the present study.
     """
 
     seconds: float = 0.0
     answers: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    finished: int = 0
 
     @property
     def asked(self) -> int:
@@ -41,15 +42,12 @@ class Load:
         return float(np.percentile([t for times in self.answers.values() for t in times], share))
 
 
-def run_over_rest(
-    service: Service, study: Mapping[str, Any], watch: MemoryWatch, load: Load
-) -> tuple[str, float]:
+def run_over_rest(service: Service, study: Mapping[str, Any], load: Load) -> tuple[str, float]:
     """Runs a study, and requests its status and other data until it is complete.
 
     Args:
         service: The service.
         study: The study, as in a request.
-        watch: Called with the progress.
         load: Receives the measurements.
 
     Returns:
@@ -70,7 +68,7 @@ def run_over_rest(
         load.answers["status"].append(now - before)
         assert status["state"] in ("queued", "running", "completed"), status
         assert now - asked < PATIENCE, status
-        done = watch.progress = status["finished"]
+        done = load.finished = status["finished"]
         if done and not first_done:
             first, first_done = now, done
         if done == created["num_runs"] and status["state"] == "completed":

@@ -16,14 +16,7 @@ from importlib.util import find_spec
 import numpy as np
 
 from benchmarks.mujoco_replay import replay_in_mujoco, stepping
-from benchmarks.replay import (
-    CASES,
-    DURATION,
-    Replay,
-    extrapolated_ends,
-    record_case,
-    slip_ends,
-)
+from benchmarks.replay import CASES, DURATION, Replay, extrapolated_ends, record_case, slip_ends
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS, median_seconds
 from slipgrasp.core.run.result import RunResult

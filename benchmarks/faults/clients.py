@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.processes import Watch, peak_of
+from benchmarks.processes import peak_of, watch
 from benchmarks.service import Address, serve
 from benchmarks.timing import on_threads
 from slipgrasp.core.scenario.loading import load_scenario, with_values
@@ -41,10 +41,10 @@ def hold_connections(idle: int, slow: int, seconds: float) -> dict[str, Any]:
                 client = open_sockets.enter_context(socket.create_connection(service.address))
                 if i < slow:
                     client.sendall(slow_request(service.address))
-            with Watch(partial(service.seconds_of, "/health"), POLL) as health:
+            with watch(partial(service.seconds_of, "/health"), POLL) as health:
                 time.sleep(seconds)
         log = service.log.stat().st_size / 1e3
-    return {"idle": idle, "slow": slow, "slowest": max(health.samples), "log": log}
+    return {"idle": idle, "slow": slow, "slowest": max(health), "log": log}
 
 
 def read_signals(clients: int, duration: float, names: str) -> dict[str, Any]:
@@ -64,7 +64,7 @@ def read_signals(clients: int, duration: float, names: str) -> dict[str, Any]:
         run_id, size = _large_recording(Path(folder), duration)
         with serve(Path(folder)) as service:
             read = partial(service.exchange, keep=0)
-            with Watch(partial(service.seconds_of, "/health"), POLL) as health:
+            with watch(partial(service.seconds_of, "/health"), POLL) as health:
                 path = f"/runs/{run_id}/signals?names={names}"
                 answers = on_threads(read, [path] * clients, clients)
             counts = Counter(answer.status for answer in answers)
@@ -74,7 +74,7 @@ def read_signals(clients: int, duration: float, names: str) -> dict[str, Any]:
         "statuses": ", ".join(f"{n} answered {code}" for code, n in sorted(counts.items())),
         "size": size / 1e6,
         "peak": peak / 1e6,
-        "p95": 1e3 * float(np.quantile(health.samples, 0.95)),
+        "p95": 1e3 * float(np.quantile(health, 0.95)),
     }
 
 

@@ -8,12 +8,13 @@ import os
 import random
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, BinaryIO
+from typing import Any
+from unittest.mock import patch
 
 from benchmarks.faults.damage import assert_prefix
 from slipgrasp.core.run.result import RunResult
@@ -28,6 +29,7 @@ from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.file.writer import write_recording
 
 Clock = Callable[[], float]
+Sizes = list[tuple[float, int]]
 
 ERRORS = {"full": errno.ENOSPC, "broken": errno.EIO, "quota": errno.EDQUOT, "torn": errno.ENOSPC}
 KINDS = tuple(ERRORS)
@@ -122,7 +124,7 @@ class SyncedFile(io.FileIO):
     def __init__(self, descriptor: int, clock: Clock) -> None:
         super().__init__(descriptor, "wb")
         self._clock = clock
-        self.sizes: list[tuple[float, int]] = []
+        self.sizes = Sizes()
 
     def write(self, data: Any) -> int:
         """Writes, and records the size."""
@@ -132,10 +134,7 @@ class SyncedFile(io.FileIO):
 
 
 def cut_the_power(
-    seed: int,
-    moments: int = 200,
-    duration: float = 300.0,
-    clock: Clock = time.monotonic,
+    seed: int, moments: int = 200, duration: float = 300.0, clock: Clock = time.monotonic
 ) -> dict[str, Any]:
     """Drops unsynced data at random moments of a run.
 
@@ -177,14 +176,9 @@ def cut_the_power(
     return {"moments": moments, "loss": max(losses)}
 
 
-def _watch_a_slow_run(
-    scenario: Scenario,
-    clock: Clock,
-) -> tuple[list[tuple[float, int]], list[tuple[float, int]]]:
+def _watch_a_slow_run(scenario: Scenario, clock: Clock) -> tuple[Sizes, Sizes]:
     """Sizes of the file of a run over time, and the times at which they were synced."""
-    opened: list[SyncedFile] = []
-    synced: list[tuple[float, int]] = []
-    real_sync = os.fsync
+    opened, synced, real_sync = list[SyncedFile](), Sizes(), os.fsync
 
     def remember(descriptor: int) -> SyncedFile:
         opened.append(SyncedFile(descriptor, clock))
@@ -198,29 +192,13 @@ def _watch_a_slow_run(
     with (
         tempfile.TemporaryDirectory() as folder,
         growing_files(remember),
-        _replaced(os, "fsync", sync),
-        _replaced(recorder, "time", SimpleNamespace(monotonic=clock)),
+        patch.object(os, "fsync", sync),
+        patch.object(recorder, "time", SimpleNamespace(monotonic=clock)),
     ):
         record(scenario, Path(folder) / "run.mcap")
     return opened[0].sizes, synced
 
 
-@contextmanager
-def growing_files(make: Callable[[int], io.FileIO]) -> Iterator[None]:
+def growing_files(make: Callable[[int], io.FileIO]) -> AbstractContextManager[object]:
     """A context in which every growing file is created by ``make``."""
-
-    def open_raw(descriptor: int, mode: str) -> BinaryIO:
-        return io.BufferedWriter(make(descriptor))
-
-    with _replaced(os, "fdopen", open_raw):
-        yield
-
-
-@contextmanager
-def _replaced(owner: Any, name: str, value: object) -> Iterator[None]:
-    before = getattr(owner, name)
-    setattr(owner, name, value)
-    try:
-        yield
-    finally:
-        setattr(owner, name, before)
+    return patch.object(os, "fdopen", lambda descriptor, _: io.BufferedWriter(make(descriptor)))

@@ -8,7 +8,6 @@ import resource
 import shutil
 import signal
 import tempfile
-import threading
 import time
 from collections import Counter
 from contextlib import suppress
@@ -18,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.faults.kills import size_of, wait_until
+from benchmarks.processes import beside
 from benchmarks.service import POLL, serve, start_service
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.atomic_file import part_of
@@ -70,18 +70,13 @@ def kill_services(count: int, seed: int) -> dict[str, Any]:
 def _kill_busy_service(folder: Path, at_size: float) -> None:
     service = start_service(folder)
 
-    def request_run() -> None:
+    def request_run(_ended: object) -> None:
         with suppress(OSError):
             service.exchange("/runs", LONG_RUN)
 
-    with service.process:
-        clients = [threading.Thread(target=request_run) for _ in range(RUNS)]
-        for client in clients:
-            client.start()
+    with beside(*[request_run] * RUNS), service.process:
         wait_until(lambda: sum(size_of(p) > at_size for p in folder.glob("*.part")) == RUNS)
         service.process.kill()
-    for client in clients:
-        client.join()
     assert service.process.returncode == -signal.SIGKILL
     assert not list(folder.glob(f"*{RECORDING_SUFFIX}")), "a run had ended before the kill"
 

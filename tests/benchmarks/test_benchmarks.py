@@ -338,13 +338,13 @@ class Scripted:
     ],
 )
 def test_a_study_over_rest_is_timed_from_its_first_results(monkeypatch, states, runs, seconds):
-    service, watch, load = Scripted(*states), SimpleNamespace(progress=0), Load()
+    service, load = Scripted(*states), Load()
     clock = SimpleNamespace(
         perf_counter=lambda: service.now, monotonic=lambda: service.now, sleep=service.sleep
     )
     monkeypatch.setattr("benchmarks.study_load.time", clock)
-    study, rate = run_over_rest(service, {}, watch, load)
-    assert (study, watch.progress) == ("x", 60)
+    study, rate = run_over_rest(service, {}, load)
+    assert (study, load.finished) == ("x", 60)
     assert load.seconds == pytest.approx(seconds)
     assert rate * load.seconds == pytest.approx(runs)
 
