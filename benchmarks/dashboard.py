@@ -66,7 +66,7 @@ def tabulate_viewers(
 
 
 def _watch_row(served: Service, count: int) -> dict[str, str]:
-    settle, before, memory = _SETTLE + 0.5 * count, memory_of(served.process.pid), [0]
+    settle, memory = _SETTLE + 0.5 * count, [memory_of(served.process.pid)]
 
     def look() -> float:
         memory.append(memory_of(served.process.pid))
@@ -80,7 +80,7 @@ def _watch_row(served: Service, count: int) -> dict[str, str]:
         "95th percentile of age [ms]": f"{MILLISECONDS * np.percentile(ages, 95):.0f}",
         "processor [% of a core]": f"{100.0 * worked / _WATCH:.0f}",
         "kB/s each": f"{num_bytes / count / _WATCH / 1e3:.0f}",
-        "memory [MB each]": f"{(max(memory) - before) / count / 1e6:.1f}",
+        "memory [MB each]": f"{(max(memory) - memory[0]) / count / 1e6:.1f}",
     }
 
 

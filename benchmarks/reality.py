@@ -6,15 +6,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares, minimize, minimize_scalar
 
 from benchmarks.real_slides import Floats, Slide, read_slides
-from benchmarks.report import Table
+from benchmarks.report import Table, table_of_rows
 from benchmarks.slide_models import MODELS, UNIFORM_RADIUS, Model, stop_distance
 
 PAGE = "reality.md"
@@ -31,16 +31,14 @@ START_FRICTION, START_RADIUS = 0.21, 0.036
 LARGEST_RADIUS = 0.1
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Fitted:
+class Fitted(NamedTuple):
     """One friction and one radius for all slides."""
 
     friction: float
     radius: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Prediction:
+class Prediction(NamedTuple):
     """Errors of one slide that was not fitted.
 
     Attributes:
@@ -61,11 +59,8 @@ def run(data: Path | None = None, seed: int = SEED) -> list[Table]:
     slides = read_slides(data)
     resting = [slide for slide in slides if slide.rests]
     fitted, held_out = halves(resting, seed)
-    return [
-        _plain(slides, resting),
-        _models(fitted, held_out),
-        _radius([slide for slide in slides if spins(slide)]),
-    ]
+    spinning = [slide for slide in slides if spins(slide)]
+    return [_plain(slides, resting), _models(fitted, held_out), _radius(spinning)]
 
 
 def halves(slides: Sequence[Slide], seed: int) -> tuple[list[Slide], list[Slide]]:
@@ -148,24 +143,20 @@ def fit_all(slides: Sequence[Slide], model: Model, *, with_radius: bool) -> Fitt
     if not with_radius:
         one = partial(misfit, radius=START_RADIUS)
         found = minimize_scalar(one, bounds=(0.15, 0.3), method="bounded", options={"xatol": 1e-4})
-        return Fitted(friction=float(found.x), radius=0.0)
+        return Fitted(float(found.x), 0.0)
     first = np.array([[START_FRICTION, START_RADIUS], [0.2, START_RADIUS], [START_FRICTION, 0.03]])
     options = {"initial_simplex": first, "xatol": 1e-4, "fatol": 1e-2, "maxfev": 40}
     found = minimize(lambda v: misfit(*v), first[0], method="Nelder-Mead", options=options)
-    return Fitted(friction=float(found.x[0]), radius=float(found.x[1]))
+    return Fitted(*map(float, found.x))
 
 
 def predict(slide: Slide, model: Model, fitted: Fitted) -> Prediction:
     """The errors of a model for a slide whose first samples are given."""
-    start, _ = fit_start(slide, model, fitted.friction, fitted.radius, FIRST_SAMPLES)
+    start, _ = fit_start(slide, model, *fitted, FIRST_SAMPLES)
     speed = float(np.hypot(start[0], start[1]))
-    motion = model(speed, float(start[2]), fitted.friction, fitted.radius)
-    path, angle = motion.at(slide.times[-1:])
-    return Prediction(
-        stop=float(path[0]) / _length(slide) - 1.0,
-        yaw=float(angle[0] - (slide.yaw[-1] - slide.yaw[0])),
-        spins=spins(slide),
-    )
+    path, angle = model(speed, float(start[2]), *fitted).at(slide.times[-1:])
+    turn = float(angle[0] - (slide.yaw[-1] - slide.yaw[0]))
+    return Prediction(float(path[0]) / _length(slide) - 1.0, turn, spins(slide))
 
 
 def _plain(slides: Sequence[Slide], resting: Sequence[Slide]) -> Table:
@@ -175,6 +166,7 @@ def _plain(slides: Sequence[Slide], resting: Sequence[Slide]) -> Table:
     lengths = np.array([_length(slide) for slide in resting])
     speeds = (float(np.hypot(*slide.velocity[0])) for slide in resting)
     errors = [stop_distance(model, speed, 0.0, middle, 0.0) for speed in speeds] / lengths - 1.0
+    error = f"{100.0 * float(np.median(np.abs(errors))):.1f} %"
     rows = (
         ("slides", str(len(slides))),
         ("of these with their end at rest", str(len(resting))),
@@ -182,10 +174,7 @@ def _plain(slides: Sequence[Slide], resting: Sequence[Slide]) -> Table:
         ("median length of those that come to rest", f"{1e3 * np.median(lengths):.1f} mm"),
         ("friction from the slope of the speed, median", f"{middle:.3f}"),
         ("its quartiles", f"{low:.3f} … {high:.3f}"),
-        (
-            "error of the stop distance u² / (2 mu g), median, in sample",
-            f"{100.0 * float(np.median(np.abs(errors))):.1f} %",
-        ),
+        ("error of the stop distance u² / (2 mu g), median, in sample", error),
     )
     return Table("reality-plain", ("quantity", "value"), rows, page=PAGE)
 
@@ -204,30 +193,26 @@ def _length(slide: Slide) -> float:
 
 
 def _models(fitted: Sequence[Slide], held_out: Sequence[Slide]) -> Table:
-    rows = []
+    rows = {}
     for name, model in MODELS.items():
         found = fit_all(fitted, model, with_radius=name != "no spin coupling")
         predicted = [predict(slide, model, found) for slide in held_out]
         spinning = [each for each in predicted if each.spins]
-        radius = f"{1e3 * found.radius:.1f} mm" if found.radius else "–"
-        stops = (np.median(np.abs([p.stop for p in each])) for each in (predicted, spinning))
+        stop, spun = (np.median(np.abs([p.stop for p in each])) for each in (predicted, spinning))
         turned = np.degrees(np.median(np.abs([each.yaw for each in spinning])))
-        cells = (*(f"{100.0 * stop:.1f} %" for stop in stops), f"{turned:.1f}°")
-        rows.append((name, f"{found.friction:.4f}", radius, *cells))
+        rows[name] = {
+            "friction": f"{found.friction:.4f}",
+            "radius": f"{1e3 * found.radius:.1f} mm" if found.radius else "–",
+            "stop distance": f"{100.0 * stop:.1f} %",
+            "of spinning slides": f"{100.0 * spun:.1f} %",
+            "final yaw of spinning slides": f"{turned:.1f}°",
+        }
     note = (
         f"{len(fitted)} slides fitted, {len(held_out)} predicted, of which "
         f"{sum(map(spins, held_out))} spin; the start of each is known from its first "
         f"{FIRST_SAMPLES} samples. Medians of absolute errors."
     )
-    heads = (
-        "model",
-        "friction",
-        "radius",
-        "stop distance",
-        "of spinning slides",
-        "final yaw of spinning slides",
-    )
-    return Table("reality-models", heads, tuple(rows), (note,), page=PAGE)
+    return table_of_rows("reality-models", "model", rows, note, page=PAGE)
 
 
 def _radius(slides: Sequence[Slide]) -> Table:

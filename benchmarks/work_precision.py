@@ -7,8 +7,6 @@ rounded to a step but extrapolated: the zero of the line through the slip speeds
 
 from __future__ import annotations
 
-import statistics
-import time
 from collections.abc import Sequence
 from functools import partial
 from importlib.util import find_spec
@@ -116,13 +114,13 @@ def measure_mujoco(
     reference: Reference, steps: Sequence[float] = MUJOCO_STEPS, rounds: int = 9
 ) -> list[Row]:
     """MuJoCo with our torques, one replay per time step."""
-    works = {step: stepping(reference.torques, step) for step in steps}
-    seconds = median_seconds({f"{step:g}": work for step, work in works.items()}, rounds)
-    rows = []
-    for step in steps:
-        errors = reference.judge_replay(replay_in_mujoco(reference.torques, step))
-        rows.append(_row(reference, "MuJoCo", f"{1e3 * step:g} ms", seconds[f"{step:g}"], errors))
-    return rows
+    works = {f"{1e3 * step:g} ms": stepping(reference.torques, step) for step in steps}
+    seconds = median_seconds(works, rounds)
+    replays = (replay_in_mujoco(reference.torques, step) for step in steps)
+    return [
+        _row(reference, "MuJoCo", name, own, reference.judge_replay(replay))
+        for (name, own), replay in zip(seconds.items(), replays, strict=True)
+    ]
 
 
 def measure_drake(
@@ -131,16 +129,11 @@ def measure_drake(
     """Drake with our torques, one replay per time step; its Python binding steps it."""
     from benchmarks.drake_replay import replay_in_drake
 
-    replay_in_drake(reference.torques, steps[0])  # imports are not counted
     rows = []
     for step in steps:
-        times, errors = [], (0.0, 0.0)
-        for _ in range(rounds):
-            start = time.process_time()
-            replay = replay_in_drake(reference.torques, step)
-            times.append(time.process_time() - start)
-            errors = reference.judge_replay(replay)
-        seconds = statistics.median(times)
+        work = partial(replay_in_drake, reference.torques, step)
+        (seconds,) = median_seconds({"": work}, rounds).values()
+        errors = reference.judge_replay(work())
         rows.append(_row(reference, "Drake", f"{1e3 * step:g} ms", seconds, errors))
     return rows
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binomtest
 
 from benchmarks.__main__ import main
-from benchmarks.outcome_checks import CHECKS, Judgement, find_missed, judge_run
+from benchmarks.outcome_checks import CHECKS, PLANAR, Judgement
 from benchmarks.outcome_truth import Comparison, compare, tabulate_truth
 from benchmarks.outcomes import Campaign, judge_many, tabulate
 from benchmarks.random_runs import ANYWHERE, AT_ENDS, ON_BOUNDS, PAIRS, POPULATIONS, draw
@@ -33,7 +33,7 @@ def held():
 
 def missed(run, fine=None):
     """Names of the checks that a run misses; it looks the same with a finer output."""
-    return set(find_missed(run, fine or run, np.zeros((2, 2))))
+    return set(PLANAR.find_missed(run, fine or run, np.zeros((2, 2))))
 
 
 def torques_of(run):
@@ -79,7 +79,7 @@ def chattering(run, times):
 @pytest.mark.parametrize(("population", "count"), [(PAIRS, 60), (ON_BOUNDS, 60)])
 def test_random_runs_end_truly(population, count):
     judgements = [
-        judge_run(draw(population, SEED, index), twice=index % 2 == 0) for index in range(count)
+        PLANAR.judge(draw(population, SEED, index), twice=index % 2 == 0) for index in range(count)
     ]
     assert not {index: j for index, j in enumerate(judgements) if j.missed}
     assert len({judgement.outcome for judgement in judgements}) >= 3
@@ -120,12 +120,12 @@ ONCE_WRONG_IN_PAIRS = sorted((Path(__file__).parent / "once_wrong").glob("planar
     [(population, index) for population, all_ in ONCE_WRONG.items() for index in all_],
 )
 def test_runs_that_ended_falsely_once_end_truly(population, index):
-    assert not judge_run(draw(population, 14, index)).missed
+    assert not PLANAR.judge(draw(population, 14, index)).missed
 
 
 @pytest.mark.parametrize("path", ONCE_WRONG_IN_PAIRS, ids=lambda path: path.stem)
 def test_runs_drawn_in_pairs_that_ended_falsely_once_end_truly(path):
-    assert not judge_run(load_scenario(path)).missed
+    assert not PLANAR.judge(load_scenario(path)).missed
 
 
 def test_random_runs_are_not_materially_different_from_those_of_tight_tolerances():
@@ -216,7 +216,9 @@ def test_ends_are_refused_where_touching_contacts_agree(outcome):
     values = {"simulation.duration": 0.01, "fingers.0.friction": 1.5, "fingers.1.friction": 1.5}
     run = simulate(with_values(load_scenario("composite-case-2"), values))
     reason = Reason(code="any", message="", contact=0, time=0.01, value=None, limit=None, hint="")
-    told = set(find_missed(*[replace(run, outcome=outcome, reason=reason)] * 2, torques_of(run)))
+    told = set(
+        PLANAR.find_missed(*[replace(run, outcome=outcome, reason=reason)] * 2, torques_of(run))
+    )
     assert told == {outcome.value}
 
 
@@ -265,7 +267,7 @@ def test_processes_judge_the_runs_of_a_campaign_in_order(capsys):
     assert len(campaign.judgements) == 42
     for index in (0, 41):
         run = draw(ON_BOUNDS, SEED, index)
-        assert campaign.judgements[index] == judge_run(run, twice=index % 2 == 0)
+        assert campaign.judgements[index] == PLANAR.judge(run, twice=index % 2 == 0)
     assert "42 of 42 runs" in capsys.readouterr().err
 
 
@@ -275,7 +277,7 @@ def test_table_counts_every_check_and_names_its_worst():
         Judgement("separated", {"ledger": 2e-6, "rate": 1.0}),
         Judgement("separated", {"ledger": 7e-6}),
     ]
-    counts, ends = tabulate([Campaign(AT_ENDS, 1, judgements)])
+    counts, ends = tabulate([Campaign(AT_ENDS, 1, CHECKS, judgements)])
     found = {row[0]: row[1:] for row in counts.rows}
     assert found[CHECKS["ledger"].text] == ("2", "7e-06 J")
     assert found[CHECKS["rate"].text] == ("1", "–")
