@@ -11,7 +11,7 @@ import numpy as np
 from playwright.sync_api import Browser, Page
 
 from benchmarks.browser import STARTED, new_page, open_browser
-from benchmarks.report import Table
+from benchmarks.report import Table, table_of_rows
 from benchmarks.study import write_study
 from slipgrasp.core.executors import make_executor
 from slipgrasp.core.run.simulator import simulate
@@ -67,7 +67,7 @@ def run() -> list[Table]:
 
 def measure_pages(rounds: int = 3, moves: int = 20) -> Table:
     """Sizes and times of the pages of some presets; each has the hash of its native run."""
-    rows = []
+    rows = {}
     with tempfile.TemporaryDirectory() as folder, open_browser() as browser:
         for name in SCENARIOS:
             scenario = load_scenario(name)
@@ -76,17 +76,19 @@ def measure_pages(rounds: int = 3, moves: int = 20) -> Table:
                 write_page(result, stream, usual_controls(scenario))
             opened = [_measure(browser, file, result.sha256, moves) for _ in range(rounds)]
             firsts, computing, latencies = zip(*opened, strict=True)
-            middle, most = np.percentile(latencies, (50, 95))
-            times = (f"{np.median(firsts):.1f}", f"{np.median(computing):.1f}")
-            size = f"{file.stat().st_size / 1e6:.2f}"
-            rows.append((name, size, *times, f"{middle:.0f}", f"{most:.0f}"))
+            rows[name] = {
+                "MB": f"{file.stat().st_size / 1e6:.2f}",
+                "first picture [s]": f"{np.median(firsts):.1f}",
+                "run [ms]": f"{np.median(computing):.1f}",
+                "slider, median [ms]": f"{np.median(latencies):.0f}",
+                "p95 [ms]": f"{np.percentile(latencies, 95):.0f}",
+            }
     note = (
         "1440 x 900 at half resolution, without a graphics card, hashes equal to those of native "
         f"runs. Targets: {SIZE_TARGET} MB, first picture {FIRST_TARGET:g} s, planar sliders "
         f"{SLIDER_TARGET:g} ms."
     )
-    heads = ("page", "MB", "first picture [s]", "run [ms]", "slider, median [ms]", "p95 [ms]")
-    return Table("page", heads, tuple(rows), (note,), PAGE)
+    return table_of_rows("page", "page", rows, note, page=PAGE)
 
 
 def _measure(
@@ -149,13 +151,8 @@ def measure_map(side: int = 50) -> Table:
 
 def _study_of(scenario: Scenario, side: int, across: Control, up: Control) -> Study:
     """The runs of the cells of a map, in the order of the cells."""
-
-    def middle(control: Control, k: int) -> float:
-        return control.low + (k + 0.5) * (control.high - control.low) / side
-
-    runs = [
-        {across.key: middle(across, k % side), up.key: middle(up, k // side)}
-        for k in range(side**2)
-    ]
+    middles = np.arange(side) + 0.5
+    ys, xs = (c.low + middles * (c.high - c.low) / side for c in (up, across))
+    runs = [{across.key: x, up.key: y} for y in ys.tolist() for x in xs.tolist()]
     document = {"base": MAPPED, "recordings": "none", "sampling": {"method": "list"}, "runs": runs}
     return study_from_mapping(document, lambda _: scenario)

@@ -8,11 +8,11 @@ latency up to the failure of the composite law. All laws are tested with the sam
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -55,7 +55,6 @@ WORLDS = {"ideal": "composite-case-2", "noisy": "composite-case-2-noisy"}
 ORACLE = "oracle: composite, given the truth"
 PRINTED = "theorem-4, as printed"
 LAWS = ("theorem-3", "theorem-4", PRINTED, "certainty-equivalence", "composite", ORACLE)
-_PRINTED_GAINS = ((100.0, 10.0),)
 # Changes that should not affect a run, and their sizes.
 DISTURBANCES: dict[str, dict[str, Any]] = {
     "as it is": {},
@@ -112,18 +111,17 @@ def with_law(base: Scenario, law: str) -> Scenario:
     return with_values(base, values)
 
 
-def hold_at_best(
-    base: Scenario, law: str, tuned: int, count: int, gains: Sequence[Gains] = GAINS
-) -> Result:
+def hold_at_best(base: Scenario, law: str, tuned: int, count: int) -> Result:
     """Simulates a law with random objects for a second, with its best gains.
 
     Args:
         base: Hand, motion and sensors.
         law: One of `LAWS`.
-        tuned: Number of objects for the choice of gains.
+        tuned: Number of objects for the choice of gains; 0 for the gains of the base.
         count: Number of objects of the results.
-        gains: Gains to choose from.
     """
+    own = cast("Gains", (base.controller.position_gain, base.controller.velocity_gain))
+    gains, more = (GAINS, MORE_GAINS) if tuned else ((own,), ())
 
     def run(chosen: Gains, number: int, seed: int) -> list[Held]:
         objects = random_objects(number, len(base.fingers), seed)
@@ -132,7 +130,7 @@ def hold_at_best(
             for run in simulate_objects(with_values(base, set_gains(chosen)), law, objects, seed)
         ]
 
-    return measure_best(run, tuned, count, gains, MORE_GAINS if gains is GAINS else ())
+    return measure_best(run, tuned or 1, count, gains, more)
 
 
 def measure_start(count: int = COUNT, tuned: int = TUNED) -> Table:
@@ -150,9 +148,10 @@ def measure_start(count: int = COUNT, tuned: int = TUNED) -> Table:
     rows[f"{PRINTED}, first grip {FIRST_FORCE:g} N"] = (PRINTED, estimates)
 
     def hold(preset: str, law: str, values: Mapping[str, Any]) -> str:
-        gains = _PRINTED_GAINS if law == PRINTED else GAINS
         base = with_values(load_scenario(preset), values)
-        return describe(hold_at_best(base, law, tuned, count, gains))
+        if law == PRINTED:
+            base = with_values(base, {"controller.velocity_gain": 10.0})
+        return describe(hold_at_best(base, law, 0 if law == PRINTED else tuned, count))
 
     columns = {
         f"{world} world": [hold(preset, *row) for row in rows.values()]
@@ -222,24 +221,16 @@ def measure_sweep(sweep: Sweep, count: int = FEWER) -> Table:
         sweep: The swept parameter.
         count: Number of objects.
     """
+    points = [{sweep.key: 1e-3 * value} for value in sweep.values]
     columns, failures = {}, []
     for name, make in sweep.bases.items():
-        base = make()
-        points = [with_values(base, {sweep.key: 1e-3 * value}) for value in sweep.values]
-        objects = random_objects(count, len(base.fingers))
-        held = {
-            law: [
-                sum(run.metrics.held for run in simulate_objects(point, law, objects))
-                for point in points
-            ]
-            for law in ("composite", ORACLE)
-        }
-        for law, counts in held.items():
-            shares = [format_share(each, count) for each in counts]
+        base, found = make(), {}
+        for law in ("composite", ORACLE):
+            found[law] = [hold_at_best(with_values(base, p), law, 0, count).held for p in points]
+            shares = [format_share(held, count) for held in found[law]]
             columns[f"{name}: {law.partition(':')[0]}"] = shares
-        lost = [
-            v for v, n in zip(sweep.values, held["composite"], strict=True) if n < FAILED * count
-        ]
+        held = zip(sweep.values, found["composite"], strict=True)
+        lost = [value for value, number in held if number < FAILED * count]
         failures.append(f"{name} at {lost[0]:g} {sweep.unit}" if lost else f"{name} nowhere")
     note = (
         f"{count} objects at every point, with 95 % intervals. The composite law first holds less "

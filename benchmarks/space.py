@@ -9,8 +9,8 @@ from typing import Any
 
 import numba
 
-from benchmarks.mujoco_replay import measure_differences
-from benchmarks.replay import DURATION, STEPS
+from benchmarks.mujoco_replay import replay_in_mujoco
+from benchmarks.replay import DURATION, STEPS, measure_differences
 from benchmarks.report import Table, met, table_of_columns, table_of_rows
 from benchmarks.speed import profile_runs, race_mujoco
 from benchmarks.timing import median_seconds
@@ -179,6 +179,6 @@ def measure_motion(steps: Sequence[float] = STEPS, duration: float = DURATION) -
             "slip in the end [um]": f"{1e6 * row.final_slip:.2f}",
             "ends of slip [us]": f"{1e6 * row.slip_end:.0f}" if row.step else "",
         }
-        for row in measure_differences(CASE, steps, duration)
+        for row in measure_differences(replay_in_mujoco, CASE, steps, duration)
     }
     return table_of_rows("space-mujoco", f"{CASE}, {duration:g} s in MuJoCo, step", rows)

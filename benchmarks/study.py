@@ -50,19 +50,33 @@ def run() -> list[Table]:
     return [*measure_rates(), measure_large_study()]
 
 
-def describe_study(count: int) -> dict[str, Any]:
-    """A study of case I as a request: random mass and frictions, two laws on each sample."""
+def random_study(
+    runs: int, ranges: Mapping[str, tuple[float, float]], seed: int = 1, **more: Any
+) -> dict[str, Any]:
+    """A study of case I with random values as a request.
+
+    Args:
+        runs: Number of samples.
+        ranges: Smallest and largest value of each varied parameter.
+        seed: Seed of the samples.
+        **more: Further tables and keys of the study.
+    """
     return {
         "base": "paper-case-1",
-        "sampling": {"method": "random", "runs": count // 2, "seed": 1},
+        "sampling": {"method": "random", "runs": runs, "seed": seed},
         "recordings": "none",
-        "vary": {
-            "object.mass": {"min": 0.7, "max": 1.6},
-            "fingers.0.friction": {"min": 0.2, "max": 0.5},
-            "fingers.1.friction": {"min": 0.2, "max": 0.5},
-            "controller.lyapunov_weight": {"values": [1.0, 20.0]},
-        },
+        "vary": {key: {"min": low, "max": high} for key, (low, high) in ranges.items()},
+        **more,
     }
+
+
+def describe_study(count: int) -> dict[str, Any]:
+    """A study as a request: random mass and frictions, two laws on each sample."""
+    ranges = {"object.mass": (0.7, 1.6)}
+    ranges |= dict.fromkeys(("fingers.0.friction", "fingers.1.friction"), (0.2, 0.5))
+    study = random_study(count // 2, ranges)
+    study["vary"]["controller.lyapunov_weight"] = {"values": [1.0, 20.0]}
+    return study
 
 
 def measure_rates(count: int = 2000, rounds: int = 3) -> tuple[Table, Table]:

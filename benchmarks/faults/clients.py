@@ -16,6 +16,7 @@ import numpy as np
 from benchmarks.processes import peak_of, watch
 from benchmarks.service import Address, serve
 from benchmarks.timing import on_threads
+from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.store.store import RecordingStore
@@ -61,18 +62,22 @@ def read_signals(clients: int, duration: float, names: str) -> dict[str, Any]:
         requests [ms].
     """
     with tempfile.TemporaryDirectory() as folder:
-        run_id, size = _large_recording(Path(folder), duration)
+        store = RecordingStore(Path(folder))
+        store.prepare()
+        reservation = store.reserve()
+        recorded = record(long_run(duration), reservation.path)
+        stored = store.register(reservation, recorded.result)
         with serve(Path(folder)) as service:
             read = partial(service.exchange, keep=0)
             with watch(partial(service.seconds_of, "/health"), POLL) as health:
-                path = f"/runs/{run_id}/signals?names={names}"
+                path = f"/runs/{stored.id}/signals?names={names}"
                 answers = on_threads(read, [path] * clients, clients)
             counts = Counter(answer.status for answer in answers)
             peak = peak_of(service.process.pid)
     return {
         "clients": clients,
         "statuses": ", ".join(f"{n} answered {code}" for code, n in sorted(counts.items())),
-        "size": size / 1e6,
+        "size": stored.size / 1e6,
         "peak": peak / 1e6,
         "p95": 1e3 * float(np.quantile(health, 0.95)),
     }
@@ -89,11 +94,7 @@ def slow_request(address: Address) -> bytes:
     return ("\r\n".join(lines) + "\r\n\r\n{").encode()
 
 
-def _large_recording(folder: Path, duration: float) -> tuple[str, int]:
+def long_run(duration: float) -> Scenario:
+    """A run whose recording has 4.2 MB per second of its duration [s]."""
     values = {"simulation.output_rate": 10_000.0, "simulation.duration": duration}
-    store = RecordingStore(folder)
-    store.prepare()
-    reservation = store.reserve()
-    recorded = record(with_values(load_scenario("paper-case-1"), values), reservation.path)
-    stored = store.register(reservation, recorded.result)
-    return stored.id, stored.size
+    return with_values(load_scenario("paper-case-1"), values)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.service import Service, serve
+from benchmarks.study import random_study
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.recorder import record
 
@@ -64,7 +65,9 @@ def jump_while_serving(runs: int) -> dict[str, Any]:
         jumping = {"LD_PRELOAD": str(_compile(folder))}
         with serve(folder, environment=jumping) as service:
             made = [service.run_after_end(service.ask("/runs", _run(i))["id"]) for i in range(runs)]
-            study = service.ask("/studies", _study(runs))["id"]
+            kept: dict[str, Any] = {"set": {"simulation.duration": 0.2}, "recordings": "all"}
+            request = random_study(runs, {"object.mass": (0.8, 1.6)}, **kept)
+            study = service.ask("/studies", request)["id"]
             events = service.exchange(f"/studies/{study}/events").content
             assert b"event: end" in events
             ended = service.ask(f"/studies/{study}")
@@ -89,15 +92,6 @@ def _compile(folder: Path) -> Path:
 def _run(i: int) -> dict[str, Any]:
     values = {"simulation.duration": 0.5, "object.mass": 1.0 + 0.01 * i}
     return {"scenario": "paper-case-1", "set": values}
-
-
-def _study(runs: int) -> dict[str, Any]:
-    return {
-        "base": "paper-case-1",
-        "set": {"simulation.duration": 0.2},
-        "sampling": {"method": "random", "runs": runs, "seed": 1},
-        "vary": {"object.mass": {"min": 0.8, "max": 1.6}},
-    }
 
 
 def _check(service: Service, run: dict[str, Any], here: Path, asked: dict[str, Any]) -> None:

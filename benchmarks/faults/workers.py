@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.processes import beside, family_of
-from benchmarks.study import write_study
+from benchmarks.study import random_study, write_study
 from slipgrasp.core.executors import make_executor
 from slipgrasp.core.scenario.loading import load_scenario
-from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping
 
 WORKERS = 2
@@ -44,7 +43,8 @@ def kill_workers(
         AssertionError: If the two studies are not the same file, or a study with kills at an
             interval finishes earlier.
     """
-    study = _short_runs(runs)
+    ranges = {"object.mass": (0.7, 1.6), "simulation.duration": (0.1, 1.0)}
+    study = study_from_mapping(random_study(runs, ranges), load_scenario)
     with tempfile.TemporaryDirectory() as name:
         files = Path(name) / "undisturbed.mcap", Path(name) / "killed.mcap"
         with make_executor("processes", workers=WORKERS) as executor:
@@ -59,19 +59,6 @@ def kill_workers(
     kills = killer.times
     assert every is None or len(kills) == count, "the study was done before"
     return {"killed": len(kills), "runs": runs, "seconds": kills[-1] - kills[0] if kills else 0.0}
-
-
-def _short_runs(runs: int) -> Study:
-    mapping = {
-        "base": "paper-case-1",
-        "sampling": {"method": "random", "runs": runs, "seed": 1},
-        "recordings": "none",
-        "vary": {
-            "object.mass": {"min": 0.7, "max": 1.6},
-            "simulation.duration": {"min": 0.1, "max": 1.0},
-        },
-    }
-    return study_from_mapping(mapping, load_scenario)
 
 
 class _Killer:
