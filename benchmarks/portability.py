@@ -49,9 +49,9 @@ def tabulate(hashes: dict[str, dict[str, str]]) -> Table:
     first, *others = hashes.values()
     rows = []
     for case, value in first.items():
-        own = value[:_DIGITS]
         found = (other.get(case, "–") for other in others)
-        rows.append((case, own, *("same" if f == value else f[:_DIGITS] for f in found)))
+        others_of_case = ("same" if each == value else each[:_DIGITS] for each in found)
+        rows.append((case, value[:_DIGITS], *others_of_case))
     different = sum(value != first[case] for other in others for case, value in other.items())
     total = sum(map(len, others))
     note = (

@@ -97,35 +97,32 @@ def residuals(
     return (apart / [SIGMA_POSITION, SIGMA_POSITION, SIGMA_YAW]).ravel()
 
 
-def start_of(slide: Slide) -> Floats:
-    """Velocity and spin at the first sample as the authors derived them."""
-    return np.array([*slide.velocity[0], slide.spin[0]])
-
-
-def fit_start(
-    slide: Slide, model: Model, friction: float, radius: float, samples: int | None = None
+def fit_slide(
+    slide: Slide,
+    model: Model,
+    radius: float,
+    friction: float | None = None,
+    samples: int | None = None,
 ) -> tuple[Floats, float]:
-    """The start that fits a slide, or its first samples, and chi-squared per degree of freedom."""
+    """The start that fits a slide, or its first samples, and chi-squared per degree of freedom.
+
+    The start is followed by the friction if none is given.
+    """
     count = len(slide.times) if samples is None else min(samples, len(slide.times))
-
-    def apart(start: Floats) -> Floats:
-        return residuals(slide, model, start, friction, radius, count)
-
-    found = least_squares(apart, start_of(slide), diff_step=1e-4, x_scale=[0.1, 0.1, 1.0])
-    # Three numbers of the start, three offsets.
-    return found.x, 2.0 * float(found.cost) / (3 * count - 6)
-
-
-def fit_friction(slide: Slide, model: Model, radius: float) -> tuple[float, float]:
-    """The friction of one slide, and its chi-squared per degree of freedom."""
+    # As the authors derived it.
+    start = [*slide.velocity[0], slide.spin[0]]
+    first = start if friction is not None else [*start, START_FRICTION]
+    free = len(first)
 
     def apart(values: Floats) -> Floats:
-        return residuals(slide, model, values[:3], values[3], radius, len(slide.times))
+        chosen = float(values[3]) if friction is None else friction
+        return residuals(slide, model, values[:3], chosen, radius, count)
 
-    first = np.array([*start_of(slide), START_FRICTION])
-    limits = ([-np.inf, -np.inf, -np.inf, 0.01], [np.inf, np.inf, np.inf, 1.0])
-    found = least_squares(apart, first, diff_step=1e-4, x_scale=[0.1, 0.1, 1.0, 0.1], bounds=limits)
-    return float(found.x[3]), 2.0 * float(found.cost) / (3 * len(slide.times) - 7)
+    limits = ([-np.inf, -np.inf, -np.inf, 0.01][:free], [np.inf, np.inf, np.inf, 1.0][:free])
+    scale = [0.1, 0.1, 1.0, 0.1][:free]
+    found = least_squares(apart, first, diff_step=1e-4, x_scale=scale, bounds=limits)
+    # Three offsets are fitted too.
+    return found.x, 2.0 * float(found.cost) / (3 * count - 3 - free)
 
 
 def fit_all(slides: Sequence[Slide], model: Model, *, with_radius: bool) -> Fitted:
@@ -138,7 +135,7 @@ def fit_all(slides: Sequence[Slide], model: Model, *, with_radius: bool) -> Fitt
     def misfit(friction: float, radius: float) -> float:
         if not (0.02 < friction < 1.0 and 1e-3 < radius < LARGEST_RADIUS):
             return float("inf")
-        return sum(np.sqrt(fit_start(slide, model, friction, radius)[1]) for slide in slides)
+        return sum(np.sqrt(fit_slide(slide, model, radius, friction)[1]) for slide in slides)
 
     if not with_radius:
         one = partial(misfit, radius=START_RADIUS)
@@ -152,7 +149,7 @@ def fit_all(slides: Sequence[Slide], model: Model, *, with_radius: bool) -> Fitt
 
 def predict(slide: Slide, model: Model, fitted: Fitted) -> Prediction:
     """The errors of a model for a slide whose first samples are given."""
-    start, _ = fit_start(slide, model, *fitted, FIRST_SAMPLES)
+    start, _ = fit_slide(slide, model, fitted.radius, fitted.friction, FIRST_SAMPLES)
     speed = float(np.hypot(start[0], start[1]))
     path, angle = model(speed, float(start[2]), *fitted).at(slide.times[-1:])
     turn = float(angle[0] - (slide.yaw[-1] - slide.yaw[0]))
@@ -219,11 +216,11 @@ def _radius(slides: Sequence[Slide]) -> Table:
     """Every spinning slide with separate friction and start, for several radii."""
     rows = []
     for radius in RADII:
-        cells = [
-            f"{np.median([fit_friction(slide, MODELS[name], radius)[1] for slide in slides]):.2f}"
+        fits = (
+            [fit_slide(slide, MODELS[name], radius)[1] for slide in slides]
             for name in ("ellipsoid", "independent torsion")
-        ]
-        rows.append((f"{1e3 * radius:.0f} mm", *cells))
+        )
+        rows.append((f"{1e3 * radius:.0f} mm", *(f"{np.median(chi):.2f}" for chi in fits)))
     note = (
         f"{len(slides)} spinning slides, each with its own friction and start, noise of 0.2 mm and "
         f"3 mrad. A uniform pressure over the face has a radius of {1e3 * UNIFORM_RADIUS:.1f} mm."
