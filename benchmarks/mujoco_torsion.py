@@ -7,6 +7,7 @@ creep, and its tips are spheres, while ours are points.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -16,20 +17,10 @@ from tests.soft_box import GRIP, JAW_MASS, OFFSET, SLIDE_STIFFNESS
 
 Floats = NDArray[np.float64]
 
-FRICTION, TIP = 0.5, 0.01
+FRICTION = 0.5
 # Time constant of a contact in steps: stiffer ones bounce, and the box then turns 3 % less.
 CONTACT_TIME = 20.0
 SETTLING = 0.2  # [s]
-JAW = """
-<body name="{name}" pos="{x} 0 0">
-  <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
-  <joint type="slide" axis="0 0 1"/>
-  <inertial pos="0 0 0" mass="{mass}" diaginertia="1e-4 1e-4 1e-4"/>
-  <geom name="{name}" type="sphere" size="{tip}" contype="0" conaffinity="0"/>
-</body>"""
-CONTACT = """
-<pair geom1="{name}" geom2="box" condim="4" friction="{mu} {mu} {torsion} 0 0"
-  solref="{time} 1" solimp="0.95 0.95 0.0001"/>"""
 
 
 def build_model(eccentricity: float, step: float) -> mujoco.MjModel:
@@ -39,25 +30,15 @@ def build_model(eccentricity: float, step: float) -> mujoco.MjModel:
         eccentricity: Of both contacts [m].
         step: MuJoCo's time step [s].
     """
-    sides = (("left", -1.0), ("right", 1.0))
-    reach = 0.1 + TIP
-    jaws = [JAW.format(name=n, x=s * reach, mass=JAW_MASS, tip=TIP) for n, s in sides]
-    torsion, time = eccentricity * FRICTION, CONTACT_TIME * step
-    pairs = [CONTACT.format(name=n, mu=FRICTION, torsion=torsion, time=time) for n, _ in sides]
-    return mujoco.MjModel.from_xml_string(f"""
-        <mujoco>
-          <option timestep="{step}" cone="elliptic" integrator="implicitfast" solver="Newton"
-            tolerance="1e-12" iterations="200" noslip_iterations="50"/>
-          <worldbody>
-            <body pos="0 {-OFFSET} 0">
-              <freejoint/>
-              <inertial pos="0 0 0" mass="1" diaginertia="0.0108 0.0108 0.0067"/>
-              <geom name="box" type="box" size="0.1 0.1 0.15" contype="0" conaffinity="0"/>
-            </body>
-            {"".join(jaws)}
-          </worldbody>
-          <contact>{"".join(pairs)}</contact>
-        </mujoco>""")
+    spec = mujoco.MjSpec.from_file(str(Path(__file__).with_suffix(".xml")))
+    spec.option.timestep = step
+    spec.body("box").pos = [0.0, -OFFSET, 0.0]
+    for name in ("left", "right"):
+        spec.body(name).mass = JAW_MASS
+    for pair in spec.pairs:
+        pair.friction = [FRICTION, FRICTION, eccentricity * FRICTION, 0.0, 0.0]
+        pair.solref = [CONTACT_TIME * step, 1.0]
+    return spec.compile()
 
 
 def turn(eccentricity: float, step: float, times: Sequence[float]) -> Floats:

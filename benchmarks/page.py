@@ -29,26 +29,6 @@ MAPPED = "paper-case-1"
 PAGE = "page.md"
 FIRST_TARGET, SLIDER_TARGET, SIZE_TARGET = 3.0, 100.0, 1.4
 
-# Time in the page from a key press on the slider of the mass until its run is drawn.
-_MOVE = """async (key) => {
-  const slider = document.querySelector("[role=slider]");
-  const root = document.documentElement, before = root.dataset.sgSha256;
-  slider.focus();
-  // Observed, because a timer may notice the run only after the frame that shows it.
-  const arrived = new Promise((next) => {
-    const observer = new MutationObserver(() => {
-      if (root.dataset.sgSha256 === before) return;
-      observer.disconnect();
-      next();
-    });
-    observer.observe(root, { attributeFilter: ["data-sg-sha256"] });
-  });
-  const start = performance.now();
-  slider.dispatchEvent(new KeyboardEvent("keydown", { key, code: key, bubbles: true }));
-  await arrived;
-  await new Promise((next) => requestAnimationFrame(() => setTimeout(next)));
-  return performance.now() - start;
-}"""
 # Content of the map: the category of each cell.
 CELLS_OF_MAP = r"""() => {
   const found = [];
@@ -101,9 +81,10 @@ def _measure(
     assert page.evaluate("document.documentElement.dataset.sgSha256") == sha256
     (computing,) = re.findall(r"in ([\d.]+) ms", page.locator(".sg-check").inner_text())
     found = []
+    move = Path(__file__).with_name("page_slider.js").read_text(encoding="utf-8")
     for index in range(moves):
         page.wait_for_timeout(250)
-        found.append(page.evaluate(_MOVE, "ArrowRight" if index % 8 < 4 else "ArrowLeft"))
+        found.append(page.evaluate(move, "ArrowRight" if index % 8 < 4 else "ArrowLeft"))
     page.context.close()
     return first, float(computing), found
 

@@ -43,6 +43,7 @@ from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.result import RunSummary
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.study.definition import apply_values
 from slipgrasp.core.trace.types import Outcome
 
 PAGE = "robustness.md"
@@ -54,7 +55,16 @@ MAP_SIDE = 31
 WORLDS = {"ideal": "composite-case-2", "noisy": "composite-case-2-noisy"}
 ORACLE = "oracle: composite, given the truth"
 PRINTED = "theorem-4, as printed"
-LAWS = ("theorem-3", "theorem-4", PRINTED, "certainty-equivalence", "composite", ORACLE)
+_THEOREM_4 = {"controller.kind": "theorem-4", **EXACT}
+_FREE: dict[str, Any] = dict.fromkeys(("estimates.*.minimum", "estimates.*.maximum"))
+LAWS: dict[str, dict[str, Any]] = {
+    "theorem-3": {"controller.kind": "theorem-3", **EXACT},
+    "theorem-4": _THEOREM_4,
+    PRINTED: {**_THEOREM_4, **_FREE, "controller.velocity_gain": 10.0},
+    "certainty-equivalence": {"controller.kind": "certainty-equivalence", **EXACT},
+    "composite": {},
+    ORACLE: {"estimates": []},
+}
 # Changes that should not affect a run, and their sizes.
 DISTURBANCES: dict[str, dict[str, Any]] = {
     "as it is": {},
@@ -99,16 +109,7 @@ def simulate_objects(
 
 def with_law(base: Scenario, law: str) -> Scenario:
     """The base with a law; the paper's laws with required settings, the printed one as printed."""
-    if law == ORACLE:
-        return replace(base, estimates=())
-    if law == "composite":
-        return base
-    values: dict[str, Any] = {"controller.kind": law, **EXACT}
-    if law == PRINTED:
-        free = tuple(replace(e, minimum=None, maximum=None) for e in base.estimates)
-        base = replace(base, estimates=free)
-        values |= {"controller.kind": "theorem-4", "controller.velocity_gain": 10.0}
-    return with_values(base, values)
+    return apply_values(base, LAWS[law])
 
 
 def hold_at_best(base: Scenario, law: str, tuned: int, count: int) -> Result:
@@ -117,10 +118,11 @@ def hold_at_best(base: Scenario, law: str, tuned: int, count: int) -> Result:
     Args:
         base: Hand, motion and sensors.
         law: One of `LAWS`.
-        tuned: Number of objects for the choice of gains; 0 for the gains of the base.
+        tuned: Number of objects for the choice of gains; 0 for the gains of the base and law.
         count: Number of objects of the results.
     """
-    own = cast("Gains", (base.controller.position_gain, base.controller.velocity_gain))
+    controller = with_law(base, law).controller
+    own = cast("Gains", (controller.position_gain, controller.velocity_gain))
     gains, more = (GAINS, MORE_GAINS) if tuned else ((own,), ())
 
     def run(chosen: Gains, number: int, seed: int) -> list[Held]:
@@ -149,8 +151,6 @@ def measure_start(count: int = COUNT, tuned: int = TUNED) -> Table:
 
     def hold(preset: str, law: str, values: Mapping[str, Any]) -> str:
         base = with_values(load_scenario(preset), values)
-        if law == PRINTED:
-            base = with_values(base, {"controller.velocity_gain": 10.0})
         return describe(hold_at_best(base, law, 0 if law == PRINTED else tuned, count))
 
     columns = {

@@ -22,6 +22,8 @@ from slipgrasp.core.kernel.spatial.selection import spatial_select
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.study.definition import apply_values
+from tests.core.test_chains import as_chains
 
 CASE = "spatial-prism"
 ROUNDS = 15
@@ -114,16 +116,13 @@ def _repeated(unit: Any) -> Callable[[int, tuple[Any, ...]], None]:
 def measure_soft(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
     """CPU time of the plant with soft and with hard fingertips at the same states, in turns."""
     hard = load_scenario("spatial-composite")
-    pads = {f"fingers.{i}.pad_radius": PAD_RADIUS for i in range(len(hard.fingers))}
-    pair = {"hard": hard, "soft": with_values(hard, pads)}
+    pair = {"hard": hard, "soft": apply_values(hard, {"fingers.*.pad_radius": PAD_RADIUS})}
     moments = {"slipping": 0.002, "sticking": 0.5}  # [s]
     return _compare_plants("space-soft", pair, 2.0, moments, calls, rounds)
 
 
 def measure_chain(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
     """CPU time of the plant with its fingers written as chains and in closed form, in turns."""
-    from tests.core.test_chains import as_chains
-
     closed = load_scenario(CASE)
     pair = {"closed form": closed, "chain": as_chains(closed)}
     return _compare_plants("space-chain", pair, 3.0, _MOMENTS, calls, rounds)

@@ -240,18 +240,13 @@ def _time_pages(service: Service, study: str, count: int) -> dict[str, float]:
     }
 
 
-def main() -> None:
-    """Simulates the runs of a study, and prints the time from the first to the last."""
+if __name__ == "__main__":
     os.nice(NICENESS)
-    study = make_study(int(sys.argv[1]))
-    scenarios = [study.scenario_of(index) for index in range(study.num_runs)]
+    bare_study = make_study(int(sys.argv[1]))
+    scenarios = [bare_study.scenario_of(index) for index in range(bare_study.num_runs)]
     runs = simulate_many(scenarios, threads=WORKERS)
     next(runs)
     start = time.perf_counter()
     for _ in runs:
         pass
-    sys.stdout.write(f"{time.perf_counter() - start}\n")
-
-
-if __name__ == "__main__":
-    main()
+    print(time.perf_counter() - start)

@@ -17,10 +17,12 @@ from benchmarks.mujoco_replay import replay_in_mujoco, stepping
 from benchmarks.replay import CASES, DURATION, Replay, extrapolated_ends, record_case, slip_ends
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS, median_seconds
-from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.trace import Trace
+from tests.references.continuous import run_continuous
+from tests.references.world import World
 
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
 MUJOCO_STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5)  # [s]
@@ -62,21 +64,21 @@ class Reference:
         }
         return with_values(load_scenario(self.case), values)
 
-    def judge_run(self, result: RunResult) -> tuple[float, float]:
-        """Errors of the event [s] and of the end state [m] of one of our runs."""
-        event = float(np.abs(slip_ends(result) - self.slip_ends).max())
-        return event, self._state_error(result.trace.object_pose[-1], result.trace.slip[-1])
+    def judge(self, motion: Trace | Replay, ends: np.ndarray) -> tuple[float, float]:
+        """Errors of the event [s] and of the end state [m].
+
+        Args:
+            motion: Our motion, or that of another engine.
+            ends: Times at which its contacts stop [s].
+        """
+        x, y, angle = np.abs(motion.object_pose[-1] - self.result.trace.object_pose[-1])
+        slips = np.abs(motion.slip[-1] - self.result.trace.slip[-1])
+        state = max(x, y, self._half_width * angle, slips.max())
+        return float(np.abs(ends - self.slip_ends).max()), float(state)
 
     def judge_replay(self, replay: Replay) -> tuple[float, float]:
-        """Errors of the event [s] and of the end state [m] of another engine."""
-        ends = extrapolated_ends(replay, len(self.slip_ends))
-        event = float(np.abs(ends - self.slip_ends).max())
-        return event, self._state_error(replay.object_pose[-1], replay.slip[-1])
-
-    def _state_error(self, pose: np.ndarray, slip: np.ndarray) -> float:
-        x, y, angle = np.abs(pose - self.result.trace.object_pose[-1])
-        slips = np.abs(slip - self.result.trace.slip[-1])
-        return float(max(x, y, self._half_width * angle, slips.max()))
+        """The same for another engine, whose event is extrapolated."""
+        return self.judge(replay, extrapolated_ends(replay, len(self.slip_ends)))
 
 
 def run() -> list[Table]:
@@ -104,9 +106,10 @@ def measure_ours(
     """Our runs, one row per relative tolerance; a run takes a millisecond or two."""
     works = {f"{t:g}": partial(simulate, reference.scenario(t)) for t in tolerances}
     seconds = median_seconds(works, rounds)
+    runs = ((name, work()) for name, work in works.items())
     return [
-        _row(reference, OURS, name, seconds[name], reference.judge_run(work()))
-        for name, work in works.items()
+        _row(reference, OURS, name, seconds[name], reference.judge(run.trace, slip_ends(run)))
+        for name, run in runs
     ]
 
 
@@ -147,9 +150,6 @@ def _row(
 
 def oracle_difference(reference: Reference) -> float:
     """Deviation of the reference from the tests' oracle in the end of slip [s]."""
-    from tests.references.continuous import run_continuous
-    from tests.references.world import World
-
     world = World.from_scenario(load_scenario(reference.case))
     oracle = run_continuous(world, reference.duration, [])
     contacts = range(len(reference.slip_ends))
