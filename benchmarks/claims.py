@@ -13,8 +13,7 @@ import numpy as np
 
 from benchmarks.report import Table, table_of_columns
 from benchmarks.robustness import COUNT, TUNED, hold_at_best
-from benchmarks.robustness_gains import Result
-from benchmarks.robustness_tables import describe
+from benchmarks.robustness_gains import Result, describe
 from benchmarks.robustness_worlds import MORE_SETTINGS, SETTINGS, hand_of, noisy_motion
 from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import make_record

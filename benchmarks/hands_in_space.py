@@ -15,6 +15,7 @@ from benchmarks.outcome_checks import (
     OUTSIDE_CONE,
     Check,
     Judge,
+    Pair,
     common_missed,
     ledger_error,
 )
@@ -39,15 +40,12 @@ def run(seed: int = SEED) -> list[Table]:
     return tabulate([judge_many(PAIRS_IN_SPACE, COUNT, seed, JUDGE)], "hands-in-space")
 
 
-def measure_in_space(
-    plain: RunResult, fine: RunResult | None, held: np.ndarray
-) -> dict[str, float]:
+def measure_in_space(pair: Pair) -> dict[str, float]:
     """Deviation of each check by name: `outcome_checks.Judge.measure`."""
-    runs = (plain,) if fine is None else (plain, fine)
-    return common_missed(plain, fine, SAME_VELOCITY) | {
-        "cone": max(map(_outside_friction, runs)),
-        "ledger": max(ledger_error(run.trace, LEDGER_SHARE) for run in runs),
-        **_untrue_ends(plain, held),
+    return common_missed(pair, SAME_VELOCITY) | {
+        "cone": max(map(_outside_friction, pair.runs)),
+        "ledger": max(ledger_error(run.trace, LEDGER_SHARE) for run in pair.runs),
+        **_untrue_ends(pair.plain, pair.held),
     }
 
 

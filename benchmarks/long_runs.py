@@ -11,6 +11,7 @@ import tempfile
 import threading
 import time
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -21,7 +22,7 @@ import numpy as np
 from benchmarks.processes import beside, peak_of, watch
 from benchmarks.report import Table, met, table_of_rows
 from benchmarks.service import Service, serve
-from benchmarks.soak.asking import find_faults
+from benchmarks.soak.asking import Tally
 
 PRESET = "spatial-box"
 LONGEST = {"output 10 kHz": (200.0, 10_000.0), "600 s": (600.0, 3333.0)}
@@ -51,22 +52,20 @@ class LongRuns:
     """Results of the longest runs.
 
     Attributes:
+        tally: Responses to readers and figures.
         samples: Number of samples of each of the four runs.
         outcomes: Number of runs by outcome.
         first_peak: Peak memory of the service while two runs were recorded [bytes].
         peak: Peak memory [bytes].
-        statuses: Number of responses to readers and figures by status.
-        unexplained: Rejections without a problem document with a sentence.
         figure_seconds: Drawing times of the figures [s].
         health: Response times of health requests [s].
     """
 
+    tally: Tally
     samples: list[int] = field(default_factory=list)
     outcomes: Counter[str] = field(default_factory=Counter)
     first_peak: int = 0
     peak: int = 0
-    statuses: Counter[str] = field(default_factory=Counter)
-    unexplained: list[str] = field(default_factory=list)
     figure_seconds: list[float] = field(default_factory=list)
     health: list[float] = field(default_factory=list)
 
@@ -88,14 +87,13 @@ def measure(duration: float, output_rate: float, readers: int, seed: int) -> Lon
     """
     draw = random.Random(seed)
     asked = [request_of(duration, output_rate, round(draw.uniform(0.2, 0.3), 4)) for _ in range(4)]
-    found = LongRuns()
     with tempfile.TemporaryDirectory() as folder, serve(Path(folder)) as service:
-        process = service.process.pid
+        found, process = LongRuns(Tally(service.address)), service.process.pid
         with watch(partial(service.seconds_of, "/health"), _POLL) as found.health:
             first = record(service, asked[:2])
             found.first_peak = peak_of(process)
-            clients = [partial(_read, service, first, seed + i, found) for i in range(readers)]
-            with beside(*clients, partial(_draw, service, first, found)):
+            clients = [partial(_read, found.tally, first, seed + i) for i in range(readers)]
+            with beside(*clients, partial(_draw, found, first)):
                 second = record(service, asked[2:])
         for run_id in (*first, *second):
             found.outcomes[service.ask(f"/runs/{run_id}")["outcome"]] += 1
@@ -126,9 +124,7 @@ def record(service: Service, requests: list[dict[str, Any]]) -> list[str]:
     return run_ids
 
 
-def _read(
-    service: Service, run_ids: list[str], seed: int, found: LongRuns, done: threading.Event
-) -> None:
+def _read(tally: Tally, run_ids: list[str], seed: int, done: threading.Event) -> None:
     """Makes random requests until the runs end."""
     draw = random.Random(seed)
     while not done.is_set():
@@ -136,27 +132,23 @@ def _read(
         first, second = run_ids
         path = draw.choice(READ)
         path = path.format(run=run_id, start=start, end=start + 1, first=first, second=second)
-        _note(found, service, path)
+        _ask(tally, path)
         done.wait(draw.uniform(0.0, 1.0))
 
 
-def _draw(service: Service, run_ids: list[str], found: LongRuns, done: threading.Event) -> None:
+def _draw(found: LongRuns, run_ids: list[str], done: threading.Event) -> None:
     """Requests the figure repeatedly, at least once."""
     path = f"/diff/figure?a={run_ids[0]}&b={run_ids[1]}&format=png"
     while not found.figure_seconds or not done.is_set():
         started = time.perf_counter()
-        if _note(found, service, path) == 200:
+        if _ask(found.tally, path) == 200:
             found.figure_seconds.append(time.perf_counter() - started)
 
 
-def _note(found: LongRuns, service: Service, path: str) -> int:
-    """Sends a request, and counts its status, which it returns."""
-    answer = service.exchange(path, keep=1 << 16)
+def _ask(tally: Tally, path: str) -> int:
+    """Sends a request, which may be rejected with a reason; returns its status."""
     kind = path.partition("?")[0].rpartition("/")[2]
-    found.statuses[f"{kind} {answer.status}"] += 1
-    if answer.status >= 400:
-        found.unexplained += find_faults(answer, (answer.status,))
-    return answer.status
+    return tally.ask(kind, "GET", path, range(200, 600), keep=1 << 16).status
 
 
 def _tabulate(found: dict[str, LongRuns]) -> Table:
@@ -168,8 +160,8 @@ def _tabulate(found: dict[str, LongRuns]) -> Table:
             "health p95 [ms]": f"{1e3 * np.quantile(each.health, 0.95):.0f}",
             "figure [s]": f"{np.median(each.figure_seconds):.0f}",
             "ends of the runs": _counted(each.outcomes),
-            "answers": _counted(each.statuses),
-            "refused without a reason": str(len(each.unexplained)),
+            "answers": _counted({" ".join(end): n for end, n in each.tally.counts.items()}),
+            "refused without a reason": str(len(each.tally.faults)),
         }
         for name, each in found.items()
     }
@@ -182,5 +174,5 @@ def _tabulate(found: dict[str, LongRuns]) -> Table:
     return table_of_rows("long-runs", "longest runs", rows, note)
 
 
-def _counted(counts: Counter[str]) -> str:
+def _counted(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{name} ×{count}" for name, count in sorted(counts.items()))

@@ -77,23 +77,39 @@ class Judgement(NamedTuple):
     missed: Mapping[str, float]
 
 
+class Pair(NamedTuple):
+    """A run, perhaps simulated twice.
+
+    Attributes:
+        plain: The run.
+        held: Torques at its end, ``(n, joints)`` [N m].
+        fine: The same run with an output of 10 kHz, if any.
+    """
+
+    plain: RunResult
+    held: np.ndarray
+    fine: RunResult | None = None
+
+    @property
+    def runs(self) -> list[RunResult]:
+        """The run, and the same with an output of 10 kHz, if any."""
+        return [self.plain] if self.fine is None else [self.plain, self.fine]
+
+
 class Judge(NamedTuple):
     """The checks of the runs of a population.
 
     Attributes:
         checks: The checks by name.
-        measure: Deviation of each check by name, 0 if it is passed: of a run, of the same run with
-            an output of 10 kHz, if any, and of the torques at its end, ``(n, joints)`` [N m].
+        measure: Deviation of each check by name, 0 if it is passed.
     """
 
     checks: Mapping[str, Check]
-    measure: Callable[[RunResult, RunResult | None, np.ndarray], Mapping[str, float]]
+    measure: Callable[[Pair], Mapping[str, float]]
 
-    def find_missed(
-        self, plain: RunResult, fine: RunResult | None, held: np.ndarray
-    ) -> dict[str, float]:
+    def find_missed(self, pair: Pair) -> dict[str, float]:
         """Deviations of the failed checks, by name."""
-        return {name: by for name, by in self.measure(plain, fine, held).items() if by > 0.0}
+        return {name: by for name, by in self.measure(pair).items() if by > 0.0}
 
     def judge(self, scenario: Scenario, *, twice: bool = True) -> Judgement:
         """Checks a run of a scenario.
@@ -105,20 +121,17 @@ class Judge(NamedTuple):
         plain, held = simulate_with_torques(scenario)
         finer = with_values(scenario, {"simulation.output_rate": FINE_RATE})
         fine = simulate_with_torques(finer)[0] if twice else None
-        return Judgement(plain.outcome.value, self.find_missed(plain, fine, held))
+        return Judgement(plain.outcome.value, self.find_missed(Pair(plain, held, fine)))
 
 
-def common_missed(
-    plain: RunResult, fine: RunResult | None, same: float = VELOCITY_JUMP
-) -> dict[str, float]:
+def common_missed(pair: Pair, same: float = VELOCITY_JUMP) -> dict[str, float]:
     """Deviations of the checks that need neither forces nor energies.
 
     Args:
-        plain: The run.
-        fine: The same run with an output of 10 kHz, if any.
+        pair: The run.
         same: Allowed difference of equal velocities, relative to 1 m/s and the velocity.
     """
-    runs = (plain,) if fine is None else (plain, fine)
+    (plain, _, fine), runs = pair, pair.runs
     return {
         "stall": max(map(stalled, runs)),
         "rate": 0.0 if fine is None or _same_course(plain, fine) else 1.0,
@@ -320,16 +333,14 @@ def _need_not_open(run: RunResult, held: np.ndarray) -> float:
     return float(all(answer.phases[contact] != OPEN for answer in possible))
 
 
-def _measure(plain: RunResult, fine: RunResult | None, held: np.ndarray) -> dict[str, float]:
-    runs = (plain,) if fine is None else (plain, fine)
-    has_answer = plain.outcome is Outcome.INCONSISTENT and any(
-        answers_at_end(plain, held, beyond_doubt=True)
-    )
-    return common_missed(plain, fine) | {
-        "cone": max(map(_outside_cone, runs)),
-        "ledger": max(ledger_error(run.trace) for run in runs),
-        "inconsistent": float(has_answer),
-        "separated": _need_not_open(plain, held),
+def _measure(pair: Pair) -> dict[str, float]:
+    run, held, _ = pair
+    answers = answers_at_end(run, held, beyond_doubt=True)
+    return common_missed(pair) | {
+        "cone": max(map(_outside_cone, pair.runs)),
+        "ledger": max(ledger_error(each.trace) for each in pair.runs),
+        "inconsistent": float(run.outcome is Outcome.INCONSISTENT and any(answers)),
+        "separated": _need_not_open(run, held),
     }
 
 

@@ -29,15 +29,11 @@ MAPPED = "paper-case-1"
 PAGE = "page.md"
 FIRST_TARGET, SLIDER_TARGET, SIZE_TARGET = 3.0, 100.0, 1.4
 
-# Content of the map: the category of each cell.
-CELLS_OF_MAP = r"""() => {
-  const found = [];
-  for (const rect of document.querySelectorAll("rect[data-sg-intent]")) {
-    const category = rect.parentElement.getAttribute("fill").match(/sg-way-(\d+)/)[1];
-    found[JSON.parse(rect.dataset.sgIntent).cell] = Number(category);
-  }
-  return found;
-}"""
+SLIDER, CELLS_OF_MAP = (
+    Path(__file__).with_name(f"page_{name}.js").read_text(encoding="utf-8")
+    for name in ("slider", "map")
+)
+"""Scripts that time a move of the slider, and read the cells of a map."""
 
 
 def run() -> list[Table]:
@@ -81,10 +77,9 @@ def _measure(
     assert page.evaluate("document.documentElement.dataset.sgSha256") == sha256
     (computing,) = re.findall(r"in ([\d.]+) ms", page.locator(".sg-check").inner_text())
     found = []
-    move = Path(__file__).with_name("page_slider.js").read_text(encoding="utf-8")
     for index in range(moves):
         page.wait_for_timeout(250)
-        found.append(page.evaluate(move, "ArrowRight" if index % 8 < 4 else "ArrowLeft"))
+        found.append(page.evaluate(SLIDER, "ArrowRight" if index % 8 < 4 else "ArrowLeft"))
     page.context.close()
     return first, float(computing), found
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import csv
-import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from scipy.stats import binomtest
+
 BENCHMARKS, PORTABILITY = "benchmarks.md", "portability.md"
-NORMAL_95 = 1.959964  # of a standard normal variable 95 % lie within this
 
 
 class Table(NamedTuple):
@@ -99,10 +99,8 @@ def share_interval(part: int, whole: int) -> tuple[float, float]:
         part: Number of hits in the sample.
         whole: Size of the sample.
     """
-    z, p = NORMAL_95, part / whole
-    centre = (p + z**2 / (2 * whole)) / (1 + z**2 / whole)
-    reach = z / (1 + z**2 / whole) * math.sqrt(p * (1 - p) / whole + (z / (2 * whole)) ** 2)
-    return max(0.0, centre - reach), min(1.0, centre + reach)
+    low, high = binomtest(part, whole).proportion_ci(method="wilson")
+    return low, high
 
 
 def format_share(part: int, whole: int) -> str:

@@ -17,18 +17,19 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from benchmarks.charts import draw_success_maps, save
-from benchmarks.report import Table, format_share, table_of_columns
+from benchmarks.report import Table, format_share, table_of_columns, table_of_rows
 from benchmarks.robustness_gains import (
     GAINS,
     MORE_GAINS,
     Gains,
     Result,
+    describe,
     measure_best,
     measure_cells,
     plan,
     set_gains,
+    tabulate,
 )
-from benchmarks.robustness_tables import describe, tabulate
 from benchmarks.robustness_worlds import (
     EXACT,
     FIRST_FORCE,
@@ -172,20 +173,19 @@ def measure_outcomes(count: int = COUNT) -> Table:
     """
     base = with_law(load_scenario(WORLDS["ideal"]), PRINTED)
     varied = list(vary_objects(base, random_objects(count)))
-    held, rows = np.zeros(count, bool), []
+    held, rows = np.zeros(count, bool), {}
     for words, values in DISTURBANCES.items():
         runs = simulate_many(with_values(scenario, values) for scenario in varied)
         outcomes = np.array([run.metrics.held for run in runs])
         if not values:
             held = outcomes
         changed = format_share(int(np.sum(outcomes != held)), count) if values else "–"
-        rows.append((words, format_share(int(outcomes.sum()), count), changed))
-    heads = (
-        f"{PRINTED}, {count} objects, ideal world",
-        "held (95 % interval)",
-        "another outcome than as it is",
-    )
-    return Table("robustness-outcomes", heads, tuple(rows), page=PAGE)
+        rows[words] = {
+            "held (95 % interval)": format_share(int(outcomes.sum()), count),
+            "another outcome than as it is": changed,
+        }
+    head = f"{PRINTED}, {count} objects, ideal world"
+    return table_of_rows("robustness-outcomes", head, rows, page=PAGE)
 
 
 def _success_map(law: str, sides: np.ndarray) -> np.ndarray:

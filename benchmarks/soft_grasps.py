@@ -19,7 +19,7 @@ from benchmarks.hands_in_space import (
     measure_in_space,
     slide_of,
 )
-from benchmarks.outcome_checks import Check, Judge, ledger_error, velocity_jump
+from benchmarks.outcome_checks import Check, Judge, Pair, ledger_error, velocity_jump
 from benchmarks.outcomes import SEED, judge_many, tabulate
 from benchmarks.random_runs import SOFT_GRASPS
 from benchmarks.report import Table
@@ -43,15 +43,15 @@ def run(seed: int = SEED, count: int = COUNT) -> list[Table]:
     return tabulate([judge_many(SOFT_GRASPS, count, seed, JUDGE)], "soft-grasps")
 
 
-def measure_soft(plain: RunResult, fine: RunResult | None, held: np.ndarray) -> dict[str, float]:
+def measure_soft(pair: Pair) -> dict[str, float]:
     """Deviation of each check by name: `outcome_checks.Judge.measure`."""
-    runs = (plain,) if fine is None else (plain, fine)
-    return measure_in_space(plain, fine, held) | {
-        "ledger": max(ledger_error(run.trace) for run in runs),
-        "velocity": max(_velocity_jump(run) for run in runs),
-        "against": max(map(_off_slip, runs)),
-        "internal": 1.0 if plain.reason is not None and plain.reason.code in INTERNAL else 0.0,
-        "refusal": float(sum(not _is_refused(plain.scenario, law) for law in REFUSED)),
+    reason, scenario = pair.plain.reason, pair.plain.scenario
+    return measure_in_space(pair) | {
+        "ledger": max(ledger_error(run.trace) for run in pair.runs),
+        "velocity": max(_velocity_jump(run) for run in pair.runs),
+        "against": max(map(_off_slip, pair.runs)),
+        "internal": float(reason is not None and reason.code in INTERNAL),
+        "refusal": float(sum(not _is_refused(scenario, law) for law in REFUSED)),
     }
 
 

@@ -15,6 +15,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +23,7 @@ import numpy as np
 
 from benchmarks.processes import family_of, memory_of, run_module, watch
 from benchmarks.report import Table, met, table_of_rows
-from benchmarks.service import Service, serve
-from benchmarks.study_load import STUDIES, Load, run_over_rest
+from benchmarks.service import PATIENCE, Service, serve
 from benchmarks.timing import MILLISECONDS
 from slipgrasp.core.executors import Executor, make_executor
 from slipgrasp.core.executors.worker import NICENESS
@@ -43,6 +43,86 @@ RATE_TARGET = 0.6
 ANSWER_TARGET = 0.25  # [s], 95th percentile
 MEMORY_TARGET = 1.5e9  # [B]
 SLOPE_TARGET = 1000.0  # [B] per run
+STUDIES = "/studies"
+PAUSE = 0.1
+PAGE = 100
+MAP_EVERY = 10.0  # [s]
+
+
+@dataclass(slots=True)
+class Load:
+    """Measurements of a client during studies.
+
+    Attributes:
+        seconds: Time from first results to last ones [s].
+        answers: Response times of each kind [s].
+        finished: Number of finished runs of the present study.
+    """
+
+    seconds: float = 0.0
+    answers: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    finished: int = 0
+
+    @property
+    def asked(self) -> int:
+        """Number of responses."""
+        return sum(map(len, self.answers.values()))
+
+    def percentile(self, share: float) -> float:
+        """Percentile of all response times [s]."""
+        return float(np.percentile([t for times in self.answers.values() for t in times], share))
+
+
+def run_over_rest(service: Service, study: Mapping[str, Any], load: Load) -> tuple[str, float]:
+    """Runs a study, and requests its status and other data until it is complete.
+
+    Args:
+        service: The service.
+        study: The study, as in a request.
+        load: Receives the measurements.
+
+    Returns:
+        The id of the study, and its rate from its first results to its last [1/s].
+
+    Raises:
+        AssertionError: If it fails, or does not end within 15 minutes.
+    """
+    asked = time.perf_counter()
+    created = service.ask(STUDIES, study)
+    path = f"{STUDIES}/{created['id']}"
+    kinds = _kinds(path)
+    first = first_done = 0.0
+    while True:
+        before = time.perf_counter()
+        status = service.ask(path)
+        now = time.perf_counter()
+        load.answers["status"].append(now - before)
+        assert status["state"] in ("queued", "running", "completed"), status
+        assert now - asked < PATIENCE, status
+        done = load.finished = status["finished"]
+        if done and not first_done:
+            first, first_done = now, done
+        if done == created["num_runs"] and status["state"] == "completed":
+            break
+        if done:
+            kind, page = next(kinds)
+            load.answers[kind].append(service.seconds_of(page))
+        time.sleep(PAUSE)
+    load.seconds += now - first
+    return created["id"], (done - first_done) / (now - first) if now > first else 0.0
+
+
+def _kinds(study: str) -> Iterator[tuple[str, str]]:
+    """The requests in turns, with an occasional map."""
+    page = f"{study}/results?limit={PAGE}"
+    drawn = time.monotonic()
+    while True:
+        yield "list of studies", f"{STUDIES}?limit={PAGE}"
+        yield "page of results", page
+        yield "page sorted by a metric", f"{page}&sort=-slip_path_0"
+        if time.monotonic() - drawn > MAP_EVERY:
+            yield "map", f"{study}/map.svg"
+            drawn = time.monotonic()
 
 
 def run() -> list[Table]:

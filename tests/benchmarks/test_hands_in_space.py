@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks.hands_in_space import JUDGE
 from benchmarks.hold_in_space import LAWS, ORACLE, WORLDS, tabulate, vary_objects
+from benchmarks.outcome_checks import Pair
 from benchmarks.random_runs import IN_SPACE, PAIRS_IN_SPACE, draw
 from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.simulator import simulate
@@ -42,7 +43,7 @@ def run(request):
 
 def missed(run):
     """Names of the checks that a run misses."""
-    return set(JUDGE.find_missed(run, None, np.zeros((3, 3))))
+    return set(JUDGE.find_missed(Pair(run, np.zeros((3, 3)))))
 
 
 def test_random_hands_in_space_end_truly():
@@ -104,7 +105,7 @@ def test_energy_given_back_or_unaccounted_for_is_found(run):
 def test_ends_are_refused_where_closed_contacts_agree(run, outcome):
     reason = Reason(code="any", message="", contact=0, time=0.12, value=None, limit=None, hint="")
     torques = run.trace.joint_torque[-1].reshape(3, 3)
-    told = JUDGE.find_missed(replace(run, outcome=outcome, reason=reason), None, torques)
+    told = JUDGE.find_missed(Pair(replace(run, outcome=outcome, reason=reason), torques))
     assert set(told) == {outcome.value}
 
 

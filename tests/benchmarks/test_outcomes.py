@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import binomtest
 
 from benchmarks.__main__ import main
-from benchmarks.outcome_checks import CHECKS, PLANAR, Judgement
+from benchmarks.outcome_checks import CHECKS, PLANAR, Judgement, Pair
 from benchmarks.outcome_truth import Comparison, compare, tabulate_truth
 from benchmarks.outcomes import Campaign, judge_many, tabulate
 from benchmarks.random_runs import ANYWHERE, AT_ENDS, ON_BOUNDS, PAIRS, POPULATIONS, draw
@@ -33,7 +32,7 @@ def held():
 
 def missed(run, fine=None):
     """Names of the checks that a run misses; it looks the same with a finer output."""
-    return set(PLANAR.find_missed(run, fine or run, np.zeros((2, 2))))
+    return set(PLANAR.find_missed(Pair(run, np.zeros((2, 2)), fine or run)))
 
 
 def torques_of(run):
@@ -216,10 +215,8 @@ def test_ends_are_refused_where_touching_contacts_agree(outcome):
     values = {"simulation.duration": 0.01, "fingers.0.friction": 1.5, "fingers.1.friction": 1.5}
     run = simulate(with_values(load_scenario("composite-case-2"), values))
     reason = Reason(code="any", message="", contact=0, time=0.01, value=None, limit=None, hint="")
-    told = set(
-        PLANAR.find_missed(*[replace(run, outcome=outcome, reason=reason)] * 2, torques_of(run))
-    )
-    assert told == {outcome.value}
+    ended = replace(run, outcome=outcome, reason=reason)
+    assert set(PLANAR.find_missed(Pair(ended, torques_of(run), ended))) == {outcome.value}
 
 
 def test_the_friction_of_joints_is_known_where_a_run_ends():
@@ -305,8 +302,12 @@ def test_a_seed_is_refused_where_nothing_is_drawn(capsys):
 
 @pytest.mark.parametrize(("part", "whole"), [(0, 20), (1, 40), (37, 100), (100, 100)])
 def test_interval_of_a_share_is_wilson_s(part, whole):
-    expected = binomtest(part, whole).proportion_ci(method="wilson")
-    assert share_interval(part, whole) == pytest.approx(tuple(expected), abs=1e-7)
+    """Its ends are the fractions from which the sample differs by 1.96 standard deviations."""
+    low, high = share_interval(part, whole)
+    assert (low == 0.0) == (part == 0) and (high == 1.0) == (part == whole)
+    for end in {low, high} - {0.0, 1.0}:
+        deviation = np.sqrt(end * (1.0 - end) / whole)
+        assert abs(part / whole - end) == pytest.approx(1.959964 * deviation, rel=1e-6)
 
 
 def test_single_verdicts_of_the_printed_law_change_with_what_should_not_matter():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.hands_in_space import eccentricities
+from benchmarks.outcome_checks import Pair
 from benchmarks.random_runs import SOFT_GRASPS, draw
 from benchmarks.soft_grasps import JUDGE
 from slipgrasp.core.run.simulator import simulate
@@ -24,7 +25,7 @@ def run():
 
 def missed(run):
     """Names of the checks that a run misses."""
-    return set(JUDGE.find_missed(run, None, np.zeros((2, 3))))
+    return set(JUDGE.find_missed(Pair(run, np.zeros((2, 3)))))
 
 
 def test_random_soft_grasps_end_truly():
