@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.processes import beside, peak_of, watch
+from benchmarks.processes import background_threads, peak_of, watch
 from benchmarks.report import Table, met, table_of_rows
 from benchmarks.service import Service, serve
 from benchmarks.soak.asking import Tally
@@ -93,7 +93,7 @@ def measure(duration: float, output_rate: float, readers: int, seed: int) -> Lon
             first = record(service, asked[:2])
             found.first_peak = peak_of(process)
             clients = [partial(_read, found.tally, first, seed + i) for i in range(readers)]
-            with beside(*clients, partial(_draw, found, first)):
+            with background_threads(*clients, partial(_draw, found, first)):
                 second = record(service, asked[2:])
         for run_id in (*first, *second):
             found.outcomes[service.ask(f"/runs/{run_id}")["outcome"]] += 1

@@ -1,4 +1,4 @@
-"""Memory and processor time of processes, and work beside other work (Linux)."""
+"""Memory and processor time of processes (Linux), samples of them, and background threads."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ S = TypeVar("S")
 
 
 @contextmanager
-def beside(*works: Callable[[threading.Event], object]) -> Iterator[None]:
+def background_threads(*works: Callable[[threading.Event], object]) -> Iterator[None]:
     """A context with functions in threads; its end waits for them, and raises their errors.
 
     Args:
@@ -51,7 +51,7 @@ def watch(look: Callable[[], S], period: float) -> Iterator[list[S]]:
         while not ended.wait(period):
             samples.append(look())
 
-    with beside(take_samples):
+    with background_threads(take_samples):
         yield samples
 
 

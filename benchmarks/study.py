@@ -210,7 +210,10 @@ def make_study(count: int) -> Study:
 
 
 def write_study(
-    study: Study, executor: Executor, file: Path, see: Callable[[StudyRow], None] = lambda row: None
+    study: Study,
+    executor: Executor,
+    file: Path,
+    on_row: Callable[[StudyRow], None] = lambda row: None,
 ) -> None:
     """Executes a study, and writes its file.
 
@@ -218,14 +221,14 @@ def write_study(
         study: The study.
         executor: Executes the runs.
         file: Path of the file.
-        see: Called with each row.
+        on_row: Called with each row.
 
     Raises:
         AssertionError: If not all runs are done.
     """
     with StudyWriter(file, study) as writer:
         never, drop = lambda: False, lambda member: None
-        end = schedule_runs(study, executor, writer, should_stop=never, watch=see, keep=drop)
+        end = schedule_runs(study, executor, writer, should_stop=never, watch=on_row, keep=drop)
         writer.finish(end)
     assert (end.state, end.runs) == ("completed", study.num_runs)
 

@@ -9,6 +9,7 @@ import tempfile
 import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -25,7 +26,7 @@ from benchmarks.report import Table
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.trace.signals import TraceShape
-from slipgrasp.core.trace.types import ContactPhase, PhaseChange
+from slipgrasp.core.trace.types import PhaseChange
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.file.chunks import ChunkWriter
 from slipgrasp.recordings.file.container import MAGIC, McapContainer
@@ -60,7 +61,6 @@ class Bomb:
     def __init__(self, stream: BinaryIO) -> None:
         scenario = load_scenario("paper-case-2")
         shape = TraceShape(2, tuple(estimate.parameter for estimate in scenario.estimates))
-        self.stream = stream
         self.container = McapContainer(stream, profile=PROFILE, library="bomb")
         self.start = start_document(shape, present_provenance(), 0, 0.0)
         self.container.add_metadata(START, self.start)
@@ -127,12 +127,7 @@ def _many_samples(bomb: Bomb) -> bytes:
 
 def _many_phase_changes(bomb: Bomb) -> bytes:
     run = small_run()
-    change = PhaseChange(
-        time=run.end_time,
-        contact=0,
-        from_phase=ContactPhase.STICK,
-        to_phase=ContactPhase.SLIP_FORWARD,
-    )
+    change = replace(run.phase_changes[-1], time=run.end_time)
     rows = run.trace.to_rows()[:0]
     return _finish_run(bomb, scenario_document(run.scenario), rows, [change] * 20_000, repeats=50)
 

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
-from benchmarks.faults.damage import assert_prefix
+from benchmarks.faults.damage import assert_prefix, count_recovered
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
@@ -24,7 +24,7 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.file import atomic_file, recorder
-from slipgrasp.recordings.file.reader import read_recording, read_unfinished
+from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.file.writer import write_recording
 
@@ -104,13 +104,9 @@ def _fail_write(folder: Path, whole: RunResult, number: int, kind: str) -> int |
 def _left_of(path: Path, whole: RunResult) -> int:
     part = atomic_file.part_of(path)
     try:
-        result = read_unfinished(part).result
-    except RecordingError:
-        return 0
+        return count_recovered(part, whole)
     finally:
         part.unlink(missing_ok=True)
-    assert_prefix(result, whole)
-    return len(result.trace)
 
 
 class SyncedFile(io.FileIO):

@@ -12,6 +12,7 @@ import time
 from collections import Counter
 from contextlib import ExitStack, suppress
 from functools import partial
+from http.client import HTTPException
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ import numpy as np
 
 from benchmarks.faults.clients import long_run
 from benchmarks.faults.kills import size_of, wait_until
-from benchmarks.processes import beside
+from benchmarks.processes import background_threads
 from benchmarks.service import POLL, Service, serve
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.reader import read_unfinished
@@ -70,11 +71,11 @@ def kill_services(count: int, seed: int) -> dict[str, Any]:
 
 def _kill_busy_service(folder: Path, at_size: float) -> None:
     def request_run(service: Service, _ended: object) -> None:
-        with suppress(OSError):
+        with suppress(OSError, HTTPException):
             service.exchange("/runs", LONG_RUN)
 
     with ExitStack() as clients, serve(folder, kill=True) as service:
-        clients.enter_context(beside(*[partial(request_run, service)] * RUNS))
+        clients.enter_context(background_threads(*[partial(request_run, service)] * RUNS))
         wait_until(lambda: sum(size_of(p) > at_size for p in folder.glob("*.part")) == RUNS)
     assert service.process.returncode == -signal.SIGKILL
     assert not list(folder.glob(f"*{RECORDING_SUFFIX}")), "a run had ended before the kill"

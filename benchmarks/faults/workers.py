@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from benchmarks.processes import beside, family_of
+from benchmarks.processes import background_threads, family_of
 from benchmarks.study import random_study, write_study
 from slipgrasp.core.executors import make_executor
 from slipgrasp.core.scenario.loading import load_scenario
@@ -53,7 +53,7 @@ def kill_workers(
         with make_executor(engine, workers=WORKERS) as executor:
             if every is not None:
                 executor.prepare()
-            with beside(killer.kill_repeatedly):
+            with background_threads(killer.kill_repeatedly):
                 write_study(study, executor, files[1], lambda _row: killer.went_on.set())
         assert files[0].read_bytes() == files[1].read_bytes(), "a kill has changed the study"
     kills = killer.times

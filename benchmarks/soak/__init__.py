@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.processes import beside, family_of, memory_of, own_memory_of, watch
+from benchmarks.processes import background_threads, family_of, memory_of, own_memory_of, watch
 from benchmarks.report import Table
 from benchmarks.service import serve
 from benchmarks.soak.asking import Tally
@@ -137,7 +137,7 @@ def _load(tally: Tally, seed: int, seconds: float) -> None:
     users = [("Researcher", each.act) for each in researchers]
     users += [("Loiterer", loiterer.act), ("Prankster", partial(play_prank, tally, pranks))]
     acts = (partial(_act_until, *user, tally, random.Random(seed)) for user in users)
-    with beside(*acts, partial(visit_until, tally, seed)):
+    with background_threads(*acts, partial(visit_until, tally, seed)):
         time.sleep(seconds)
     for each in (*researchers, loiterer):
         each.tidy_up()
