@@ -32,3 +32,12 @@ def new_page(browser: Browser, **settings: Any) -> Page:
     page = browser.new_context(viewport={"width": 1440, "height": 900}, **settings).new_page()
     page.set_default_timeout(_PATIENCE)
     return page
+    return page
+
+
+def open_dashboard(page: Page, url: str) -> None:
+    """Opens a dashboard, and pauses its playback."""
+    page.goto(url)
+    page.get_by_text("Saved as").wait_for()
+    page.get_by_role("button", name="Pause", exact=True).click()
+    page.get_by_role("button", name="Play", exact=True).wait_for()

@@ -13,7 +13,7 @@ from urllib.parse import urlencode
 import numpy as np
 from playwright.sync_api import Page, expect
 
-from benchmarks.browser import new_page, open_browser
+from benchmarks.browser import new_page, open_browser, open_dashboard
 from benchmarks.dashboard_viewers import come_and_go, watch
 from benchmarks.processes import memory_of, processor_time_of
 from benchmarks.report import Table, table_of_rows
@@ -74,10 +74,7 @@ def measure_edits(url: str, edits: int) -> list[tuple[float, float]]:
     with open_browser() as browser:
         page = new_page(browser)
         page.add_init_script(path=Path(__file__).with_name("dashboard_edits.js"))
-        page.goto(f"{url}?{urlencode({'fixedDpr': 0.5, 'charts': _LAYOUT})}")
-        page.get_by_text("Saved as").wait_for()
-        page.get_by_role("button", name="Pause", exact=True).click()
-        page.get_by_role("button", name="Play", exact=True).wait_for()
+        open_dashboard(page, f"{url}?{urlencode({'fixedDpr': 0.5, 'charts': _LAYOUT})}")
         _open_charts(page)
         return [_edit(page) for _ in range(edits)]
 
