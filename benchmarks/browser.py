@@ -32,7 +32,6 @@ def new_page(browser: Browser, **settings: Any) -> Page:
     page = browser.new_context(viewport={"width": 1440, "height": 900}, **settings).new_page()
     page.set_default_timeout(_PATIENCE)
     return page
-    return page
 
 
 def open_dashboard(page: Page, url: str) -> None:
