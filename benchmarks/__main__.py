@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import ast
 import os
 import platform
 import time
@@ -17,55 +18,16 @@ from benchmarks.charts import draw_diagrams
 from benchmarks.report import Table, format_text, update_page
 from slipgrasp.core.run.simulator import prepare_kernel
 
-PARTS = {
-    "speed": "single runs against MuJoCo, and the cost of their parts",
-    "space": "a spatial hand compared with MuJoCo: cost, cost of its parts, and motion",
-    "batch": "many varied runs on two threads against MuJoCo",
-    "scaling": "cost over duration and number of fingers",
-    "memory": "peak memory of large batches",
-    "study": "studies of thousands of runs in processes and over REST",
-    "cluster": "cost of a study with every executor, and projected cost on a cluster",
-    "robustness": "which control law holds random objects, with its best gains in every world",
-    "hold-in-space": "share of 1 000 random objects held by spatial hands with each law",
-    "claims": "tests of two claims about the composite law",
-    "outcomes": "checks of 20 000 random runs, and of 1 000 against a reference solution",
-    "hands-in-space": "checks of runs of 10 000 random spatial hands",
-    "soft-grasps": "checks of runs of 5 000 random soft grasps",
-    "torsion": "a box that turns between soft fingertips, against MuJoCo and an independent model",
-    "hints": "effect of 600 applied hints of random runs",
-    "portability": "hashes of runs with other machine code and in WebAssembly",
-    "front-ends": "cost per tick of each way to write a law, against MuJoCo with a controller",
-    "preset-hashes": "hashes of the presets' runs, which a test computes again",
-    "elementary": "error of the kernel's elementary functions and of numpy's against mpmath",
-    "assumptions": "effect of choices that the paper leaves open in its two cases",
-    "onset": "error of the onset of slip against its closed form",
-    "work-precision": "accuracy against cost, compared with MuJoCo and Drake",
-    "faults": "recordings under kills, cuts, flipped bits, bombs and failing disks",
-    "soak": "a service under mixed load for an hour; only if named",
-    "long-runs": "memory of a service with the longest runs, their comparison, and readers",
-    "recording": "writing and reading a recording, a slider's change",
-    "catalogue": "searching a folder of 10 000 recordings",
-    "dashboard": "edits, updates and memory of the dashboard under one and many viewers",
-    "reality": "prediction of real slides of a cube; only if named, with --data",
-    "fit-coverage": "how often fits of 200 synthetic twins have the true value in their intervals",
-    "fit-stick": "how often fits of 200 runs without slip give a bound on friction but no value",
-    "page": "live pages: size, first picture, sliders, and a map of 2 500 runs",
-    "sysid": "a fit compared with MuJoCo's sysid toolbox; only if named, needs mujoco[sysid]",
-    "replay-seek": "scrubbing through a stored minute in the dashboard",
-}
-_SEEDED = [
-    "outcomes",
-    "hands-in-space",
-    "soft-grasps",
-    "hints",
-    "long-runs",
-    "soak",
-    "reality",
-    "fit-coverage",
-    "fit-stick",
-    "sysid",
-]
+_COST = ("speed", "space", "batch", "scaling", "memory", "front-ends", "recording", "catalogue")
+_STUDIES = ("study", "cluster")
+_LAWS = ("robustness", "hold-in-space", "claims", "assumptions")
+_RANDOM = ("outcomes", "hands-in-space", "soft-grasps", "hints", "fit-coverage", "fit-stick")
+_ACCURACY = ("torsion", "onset", "work-precision", "elementary", "reality", "sysid")
+_BITS = ("portability", "preset-hashes")
+_SERVICE = ("faults", "soak", "long-runs", "dashboard", "replay-seek", "page")
+PARTS = (*_COST, *_STUDIES, *_LAWS, *_RANDOM, *_ACCURACY, *_BITS, *_SERVICE)
 ONLY_IF_NAMED = ("soak", "reality", "sysid")
+_DRAWS = (*ONLY_IF_NAMED, "long-runs")
 
 
 class Option(NamedTuple):
@@ -85,7 +47,7 @@ class Option(NamedTuple):
 
 
 OPTIONS = {
-    "seed": Option(int, "N", "draw other random runs", _SEEDED),
+    "seed": Option(int, "N", "draw other random runs", (*_RANDOM, *_DRAWS)),
     "minutes": Option(float, "N", "duration in minutes (default: 60)", ["soak"]),
     "count": Option(int, "N", "number of soft grasps (default: 5000)", ["soft-grasps"]),
     "cells": Option(Path, "FILE", "store the measurements in this file", ["robustness"]),
@@ -107,20 +69,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = {name: value for name in OPTIONS if (value := getattr(options, name)) is not None}
     for name in given:
         if not set(names) & set(OPTIONS[name].parts):
-            parser.error(
-                f"--{name} {OPTIONS[name].metavar} is for {', '.join(OPTIONS[name].parts)}"
-            )
+            _, metavar, _, parts = OPTIONS[name]
+            parser.error(f"--{name} {metavar} is for {', '.join(parts)}")
     prepare_kernel()
     setting, tables = _setting(), []
     print(format_text(setting))
     for name in names:
         start = time.perf_counter()
-        part = import_module(f"benchmarks.{name.replace('-', '_')}")
+        part = import_module(_module_of(name))
         own = {key: value for key, value in given.items() if name in OPTIONS[key].parts}
         if name == "robustness":
             own["docs"] = options.docs
         found = part.run(**own)
-        print(f"\n{name}: {PARTS[name]} ({time.perf_counter() - start:.0f} s)\n")
+        print(f"\n{name}: {_describe(name)} ({time.perf_counter() - start:.0f} s)\n")
         print("\n\n".join(format_text(table) for table in found), flush=True)
         tables += found
     if options.docs is not None:
@@ -131,19 +92,27 @@ def main(arguments: Sequence[str] | None = None) -> None:
         draw_diagrams(options.docs, [table.name for table in tables])
 
 
+def _module_of(name: str) -> str:
+    return f"benchmarks.{name.replace('-', '_')}"
+
+
+def _describe(name: str) -> str:
+    """First line of the docstring of a part, which is not imported for it."""
+    spec = find_spec(_module_of(name))
+    assert spec is not None and spec.origin is not None
+    text = ast.get_docstring(ast.parse(Path(spec.origin).read_text(encoding="utf-8"))) or ""
+    return text.partition("\n")[0].rstrip(".")
+
+
 def _parser() -> argparse.ArgumentParser:
-    listed = "\n".join(f"  {name:16}{words}" for name, words in PARTS.items())
+    listed = "\n".join(f"  {name:16}{_describe(name)}" for name in PARTS)
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
         description=f"Measure speed, cost, memory and accuracy, also of peers.\n\n{listed}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument(
-        "parts",
-        nargs="*",
-        metavar="PART",
-        help="one of the above; all but soak, reality and sysid if left out",
-    )
+    words = "one of the above; all but soak, reality and sysid if left out"
+    parser.add_argument("parts", nargs="*", metavar="PART", help=words)
     for name, option in OPTIONS.items():
         words = f"{option.words} ({', '.join(option.parts)})"
         parser.add_argument(f"--{name}", type=option.kind, metavar=option.metavar, help=words)

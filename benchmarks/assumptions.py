@@ -83,11 +83,6 @@ def measure() -> list[Choice]:
     return sorted(choices, key=lambda choice: -choice.effect)
 
 
-def longest_path(run: RunSummary) -> float:
-    """The longer of the slip paths [m]."""
-    return max(run.metrics.slip_path)
-
-
 def _name(values: dict[str, object]) -> str:
     key, value = next(iter(values.items()))
     text = TEXTS[key]
@@ -101,14 +96,14 @@ def _name(values: dict[str, object]) -> str:
 def _effect(default: RunSummary, other: RunSummary) -> float:
     if not other.metrics.held:
         return math.inf
-    paths = [max(longest_path(run), SHORTEST) for run in (default, other)]
+    paths = [max(*run.metrics.slip_path, SHORTEST) for run in (default, other)]
     return abs(math.log(paths[1] / paths[0]))
 
 
 def _cells(run: RunSummary) -> tuple[str, str, str]:
     metrics = run.metrics
     error = f"{1e3 * math.hypot(*metrics.rms_tracking_error[:2]):.1f}"
-    path = f"{1e3 * longest_path(run):.3g}"
+    path = f"{1e3 * max(metrics.slip_path):.3g}"
     if not metrics.held:
         return path, f"`{run.outcome.value}` {run.end_time:.3f}", error
     end = metrics.last_slip_time

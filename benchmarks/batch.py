@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -14,10 +13,12 @@ from benchmarks.report import Table, judge
 from benchmarks.timing import median_seconds, on_threads
 from slipgrasp import simulate_many
 from slipgrasp.core.scenario import Scenario
-from slipgrasp.core.scenario.loading import load_scenario
+from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.study.definition import apply_values
 
 THREADS = 2
 TARGET, AIM = 10.0, 30.0
+VARIED = ("object.mass", "fingers.*.friction")
 
 
 def vary(name: str, count: int, duration: float) -> Iterator[Scenario]:
@@ -28,16 +29,10 @@ def vary(name: str, count: int, duration: float) -> Iterator[Scenario]:
         count: Number of variants.
         duration: Simulated time of each [s].
     """
-    base = load_scenario(name)
-    simulation = replace(base.simulation, duration=duration)
-    generator = np.random.default_rng(1)
-    for _ in range(count):
-        mass, friction = generator.uniform((0.8, 0.2), (1.3, 0.4)).tolist()
-        yield replace(
-            base,
-            object=replace(base.object, mass=mass),
-            fingers=tuple(replace(finger, friction=friction) for finger in base.fingers),
-            simulation=simulation,
+    base = with_values(load_scenario(name), {"simulation.duration": duration})
+    for drawn in np.random.default_rng(1).uniform((0.8, 0.2), (1.3, 0.4), (count, 2)).tolist():
+        yield apply_values(
+            base, dict(zip(("object.mass", "fingers.*.friction"), drawn, strict=True))
         )
 
 
@@ -62,14 +57,10 @@ def run(count: int = 200, rounds: int = 3, duration: float = 7.0) -> list[Table]
         (name, f"{count / own:.0f}", f"{seconds[theirs] / own:.1f}")
         for name, own in seconds.items()
     )
-    outcome = f"{judge(seconds[theirs] / seconds[ours], TARGET, AIM)}."
-    notes = (outcome, _outcomes(scenarios))
+    # Those that end early are cheaper.
+    ends = Counter(summary.outcome for summary in simulate_many(scenarios, threads=THREADS))
+    counts = ", ".join(f"{number} {outcome.value}" for outcome, number in ends.items())
+    ratio = judge(seconds[theirs] / seconds[ours], TARGET, AIM)
+    notes = (f"{ratio}.", f"Outcomes of our runs: {counts}.")
     heads = (f"{count} varied runs of {duration:g} s", "runs/s", "ratio")
     return [Table("batch", heads, rows, notes)]
-
-
-def _outcomes(scenarios: list[Scenario]) -> str:
-    """The outcomes of the runs; those that end early are cheaper."""
-    outcomes = Counter(summary.outcome for summary in simulate_many(scenarios, threads=THREADS))
-    counts = ", ".join(f"{number} {outcome.value}" for outcome, number in outcomes.items())
-    return f"Outcomes of our runs: {counts}."

@@ -6,6 +6,7 @@ import os
 import shutil
 import tempfile
 import time
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -50,16 +51,14 @@ def run(rounds: int = 15, count: int = 10_000) -> list[Table]:
         first = _seconds_of_first_listing(folder)
         enter_all(folder)
         kept = _seconds_of_first_listing(folder)
-        store = RecordingStore(folder)
-        works = {words: partial(store.find, query) for words, query in QUERIES.items()}
-        seconds = median_seconds(works, rounds, time.process_time)
-        store.close()
-    rows = [
-        *seconds.items(),
-        ("first listing, without a catalogue", first),
-        ("first listing of another process", kept),
-    ]
-    table = tuple((words, f"{MILLISECONDS * own:.0f}") for words, own in rows)
+        with closing(RecordingStore(folder)) as store:
+            works = {words: partial(store.find, query) for words, query in QUERIES.items()}
+            seconds = median_seconds(works, rounds)
+    seconds |= {
+        "first listing, without a catalogue": first,
+        "first listing of another process": kept,
+    }
+    table = tuple((words, f"{MILLISECONDS * own:.0f}") for words, own in seconds.items())
     note = (
         f"Folders of more than {SMALL} recordings are indexed in the background. "
         "Target: 300 ms with a catalogue."
@@ -92,18 +91,16 @@ def fill(folder: Path, count: int) -> None:
 
 def enter_all(folder: Path) -> int:
     """Lists a folder until its catalogue is complete; returns how many runs it has."""
-    store = RecordingStore(folder)
-    while (found := store.find(RunQuery(limit=0))).unread:
-        time.sleep(POLL)
-    store.close()
+    with closing(RecordingStore(folder)) as store:
+        while (found := store.find(RunQuery(limit=0))).unread:
+            time.sleep(POLL)
     return found.count
 
 
 def _seconds_of_first_listing(folder: Path) -> float:
-    store = RecordingStore(folder)
-    start = time.process_time()
-    found = store.find(RunQuery(limit=PAGE))
-    seconds = time.process_time() - start
-    store.close()
+    with closing(RecordingStore(folder)) as store:
+        start = time.process_time()
+        found = store.find(RunQuery(limit=PAGE))
+        seconds = time.process_time() - start
     assert len(found.runs) == min(found.count, PAGE)
     return seconds

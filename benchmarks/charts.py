@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,39 +30,44 @@ _MARGIN, _TITLE, _LABEL, _LEGEND = 14.0, 8.0, 12.0, 4.5  # [mm]
 
 
 class Panel(NamedTuple):
-    """One pair of axes with curves.
+    """One pair of axes with the curves of a table.
 
     Attributes:
         title: Its title.
-        across: Label of the horizontal axis.
-        curves: Points of each curve by name: x and y, perhaps with the bounds of y.
+        across: Label of the horizontal axis; the head of the first column if empty.
+        columns: Columns of x and y, one curve per label of the first column; one curve per column
+            over the first one if None.
         settings: Further properties of the axes.
     """
 
     title: str
-    across: str
-    curves: Mapping[str, Sequence[Sequence[float]]]
+    across: str = ""
+    columns: tuple[int, int] | None = None
     settings: Mapping[str, Any] = {}
 
 
-def draw_panels(panels: Sequence[Panel], height: float = 60.0) -> Figure:
+def draw_panels(height: float, panels: Sequence[Panel], *tables: Rows) -> Figure:
     """Panels side by side, each with a legend below.
 
     Args:
-        panels: The panels.
         height: Height of the axes [mm].
+        panels: The panels.
+        *tables: The table of each panel, or one for all of them.
     """
-    entries = max(len(panel.curves) for panel in panels)
+    shown = tables if len(tables) > 1 else tables * len(panels)
+    curves = [
+        by_labels(rows, *panel.columns) if panel.columns else by_columns(rows)
+        for panel, rows in zip(panels, shown, strict=True)
+    ]
     step = (PAGE_WIDTH - 4.0) / len(panels)
     with paper_style():
-        figure = new_figure(_TITLE + height + _LABEL + _LEGEND * entries)
-        for k, panel in enumerate(panels):
-            left = _MARGIN + k * step
-            axes = add_axes(figure, left, _TITLE, step - _MARGIN, height)
-            for index, (name, points) in enumerate(panel.curves.items()):
+        figure = new_figure(_TITLE + height + _LABEL + _LEGEND * max(map(len, curves)))
+        for k, (panel, rows, those) in enumerate(zip(panels, shown, curves, strict=True)):
+            axes = add_axes(figure, _MARGIN + k * step, _TITLE, step - _MARGIN, height)
+            for index, (name, points) in enumerate(those.items()):
                 _draw_curve(axes, name, np.array(points), index)
             axes.set_title(panel.title, loc="left", fontsize=8.5)
-            axes.set(xlabel=panel.across, **panel.settings)
+            axes.set(xlabel=panel.across or rows[0][0], **panel.settings)
             axes.legend(loc="upper left", bbox_to_anchor=(0.0, -_LABEL / height))
         return figure
 
@@ -99,33 +105,6 @@ def by_labels(rows: Rows, x: int, y: int) -> dict[str, list[list[float]]]:
 
 def _numbers(cell: str) -> list[float]:
     return [float(number) for number in _NUMBER.findall(cell)]
-
-
-def draw_work_precision(rows: Rows) -> Figure:
-    """Error of the end of slip and of the end state over CPU time."""
-    axes = {"xscale": "log", "yscale": "log"}
-    titles = {3: "(a) error of the end of slip [s]", 4: "(b) error of the end state [m]"}
-    across = "CPU time of 0.3 s [ms]"
-    return draw_panels(
-        [Panel(title, across, by_labels(rows, 2, y), axes) for y, title in titles.items()], 78.0
-    )
-
-
-def draw_scaling(durations: Rows, fingers: Rows) -> Figure:
-    """CPU time of a run over its duration and over the number of fingers."""
-    return draw_panels(
-        [
-            Panel("(a) CPU time of case I", "simulated time [s]", by_columns(durations)),
-            Panel("(b) CPU time of 7 s", "fingers", by_columns(fingers)),
-        ]
-    )
-
-
-def draw_shares(*tables: Rows) -> Figure:
-    """Objects held over the first column of each table, with intervals."""
-    whole = {"ylim": (-3.0, 103.0)}
-    panels = [Panel("held objects [%]", t[0][0], by_columns(t), whole) for t in tables]
-    return draw_panels(panels, 70.0)
 
 
 def draw_assumptions(rows: Rows) -> Figure:
@@ -233,15 +212,27 @@ class Diagram(NamedTuple):
 
 
 _WORLDS = ("robustness-two", "robustness-two-late", "robustness-three", "robustness-three-late")
+_SWEEPS = ("robustness-noise", "robustness-latency")
+_SHARES = [Panel("held objects [%]", settings={"ylim": (-3.0, 103.0)})] * 2
+_COST, _LOG = "CPU time of 0.3 s [ms]", {"xscale": "log", "yscale": "log"}
+_ERRORS = [
+    Panel("(a) error of the end of slip [s]", _COST, (2, 3), _LOG),
+    Panel("(b) error of the end state [m]", _COST, (2, 4), _LOG),
+]
+_TIMES = [
+    Panel("(a) CPU time of case I", "simulated time [s]"),
+    Panel("(b) CPU time of 7 s", "fingers"),
+]
+_SIZES = ("scaling-duration", "scaling-fingers")
+_draw_shares = partial(draw_panels, 70.0, _SHARES)
+_draw_errors, _draw_times = partial(draw_panels, 78.0, _ERRORS), partial(draw_panels, 60.0, _TIMES)
 DIAGRAMS = {
     "assumptions.svg": Diagram("assumptions.md", ("assumptions",), draw_assumptions),
-    "claims.png": Diagram("robustness.md", ("claim-1", "claim-2"), draw_shares),
+    "claims.png": Diagram("robustness.md", ("claim-1", "claim-2"), _draw_shares),
     "robustness.png": Diagram("robustness.md", _WORLDS, draw_laws),
-    "robustness-sweeps.png": Diagram(
-        "robustness.md", ("robustness-noise", "robustness-latency"), draw_shares
-    ),
-    "scaling.svg": Diagram("benchmarks.md", ("scaling-duration", "scaling-fingers"), draw_scaling),
-    "work-precision.svg": Diagram("benchmarks.md", ("work-precision",), draw_work_precision),
+    "robustness-sweeps.png": Diagram("robustness.md", _SWEEPS, _draw_shares),
+    "scaling.svg": Diagram("benchmarks.md", _SIZES, _draw_times),
+    "work-precision.svg": Diagram("benchmarks.md", ("work-precision",), _draw_errors),
 }
 
 

@@ -13,8 +13,7 @@ import numpy as np
 
 from benchmarks.report import Table, table_of_columns
 from benchmarks.robustness import COUNT, TUNED, hold_at_best
-from benchmarks.robustness_gains import GAINS, Result
-from benchmarks.robustness_tables import describe
+from benchmarks.robustness_gains import Result, describe
 from benchmarks.robustness_worlds import MORE_SETTINGS, SETTINGS, hand_of, noisy_motion
 from slipgrasp.core.kernel.compilation.compiler import call
 from slipgrasp.core.kernel.compilation.records import make_record
@@ -47,14 +46,9 @@ UNAWARE_OF_NOISE, AWARE_OF_NOISE = "0.3 N expected", "noise of 6 mm/s expected"
 AWARE: dict[str, dict[str, Any]] = {
     UNAWARE_OF_NOISE: _UNAWARE,
     AWARE_OF_NOISE: SETTINGS,
-    "0.3 N, slip by threshold": {
-        **_UNAWARE,
-        **_DETECTED,
-        "sensing.slip_detector": "threshold",
-    },
+    "0.3 N, slip by threshold": {**_UNAWARE, **_DETECTED, "sensing.slip_detector": "threshold"},
     "6 mm/s, slip by sums": {**SETTINGS, **_DETECTED},
 }
-_PRESET_GAINS = ((100.0, 20.0),)
 LATENCY, NOISE = 0.03, 3e-3  # for more hands [s], [m/s]
 _LIGHT, _HEAVY = ({"controller.link_mass_ratio": ratio} for ratio in (0.9, 1.1))
 HANDS: dict[str, tuple[int, dict[str, float]]] = {
@@ -117,16 +111,15 @@ def measure_hands(count: int = FEWER, tuned: int = TUNED) -> Series:
         base = load_scenario("composite-case-2") if n == 2 else hand_of(n)
         more = {**model, **(MORE_SETTINGS if n > 2 else {})}
         for name, values, tried in claims:
-            found[name].append(_hold({**values, **more}, count, tried, base))
+            hand = with_values(base, {**values, **more})
+            found[name].append(hold_at_best(hand, "composite", tried, count))
     return found
 
 
-def _hold(
-    values: Mapping[str, Any], count: int, tuned: int = 0, base: Scenario | None = None
-) -> Result:
-    """The composite law for a second, with its best gains, or the preset's if none are tuned."""
-    base = with_values(base or load_scenario("composite-case-2"), values)
-    return hold_at_best(base, "composite", tuned or 1, count, GAINS if tuned else _PRESET_GAINS)
+def _hold(values: Mapping[str, Any], count: int, tuned: int = 0) -> Result:
+    """The composite law with two fingers for a second."""
+    base = with_values(load_scenario("composite-case-2"), values)
+    return hold_at_best(base, "composite", tuned, count)
 
 
 def noise_that_fails(scenario: Scenario) -> float:

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.report import Table
+from benchmarks.report import Table, table_of_rows
 from benchmarks.study import make_study, write_study
 from benchmarks.timing import MILLISECONDS, median_seconds
 from slipgrasp.core.executors import Executor, Finished, make_executor
@@ -49,7 +49,15 @@ class Costs(NamedTuple):
 def run() -> list[Table]:
     """The tables ``study-cost``, ``study-engines`` and ``study-clusters`` of scaling.md."""
     costs = measure_costs()
-    return [_tabulate_costs(costs), _tabulate_engines(costs), project(costs)]
+    parts = {
+        "of a worker: scenario, simulation, hash, metrics": costs.worker,
+        "of the scheduler: hand out, take back, check, compress, write": costs.scheduler,
+    }
+    rows = tuple((words, f"{MILLISECONDS * seconds:.2f}") for words, seconds in parts.items())
+    note = f"In the file of the study a run takes {costs.row:.0f} B."
+    heads = ("CPU time of a run of 7 s", "[ms]")
+    cost = Table("study-cost", heads, rows, (note,), page=PAGE)
+    return [cost, _tabulate_engines(costs), project(costs)]
 
 
 def measure_costs(count: int = 600, rounds: int = 3, empty: int = 1000) -> Costs:
@@ -88,9 +96,9 @@ def measure_costs_of_a_run(study: Study, rounds: int) -> tuple[float, float, flo
         study: The study.
         rounds: Number of timings of each.
     """
-    collector = _Collector()
+    collector, replay = _Collector(), _Collector()
     size = _size_of_study(study, collector)
-    replay = _Replay(collector.packed)
+    replay.packed, replay.replays = collector.packed, True
     works = {
         "all": partial(_size_of_study, study, collector),
         "scheduler": partial(_size_of_study, study, replay),
@@ -104,29 +112,25 @@ def project(costs: Costs) -> Table:
     """The calculated duration of studies on clusters."""
     of_worker = costs.rates[ONE_WORKER]
     of_scheduler = min(1.0 / costs.scheduler, RUNS_PER_CHUNK * costs.tasks[DASK])
-    rows = tuple(_project_row(number, of_worker, of_scheduler) for number in CLUSTERS)
+    rows = {str(number): _project_row(number * of_worker, of_scheduler) for number in CLUSTERS}
     small, large = MAX_RUNS * costs.row / 1e6, LARGE * costs.row / 1e9
-    notes = (
+    note = (
         f"One worker: {of_worker:.0f} runs/s. One scheduler: {of_scheduler:.0f} runs/s at most. "
         f"A study has at most {MAX_RUNS} runs ({small:.0f} MB); {LARGE} runs are "
-        f"{LARGE // MAX_RUNS} studies ({large:.0f} GB).",
+        f"{LARGE // MAX_RUNS} studies ({large:.0f} GB)."
     )
-    heads = (
-        "workers",
-        f"{MAX_RUNS:.0e} runs",
-        f"{LARGE:.0e} runs, one scheduler",
-        "schedulers that keep them busy",
-        f"{LARGE:.0e} runs with these",
-    )
-    return Table("study-clusters", heads, rows, notes, page=PAGE)
+    return table_of_rows("study-clusters", "workers", rows, note, page=PAGE)
 
 
-def _project_row(number: int, of_worker: float, of_scheduler: float) -> tuple[str, ...]:
-    possible = number * of_worker
-    rate = min(possible, of_scheduler)
-    schedulers = math.ceil(possible / of_scheduler)
-    times = _duration(MAX_RUNS / rate), _duration(LARGE / rate)
-    return str(number), *times, str(schedulers), _duration(LARGE / possible)
+def _project_row(possible: float, of_scheduler: float) -> dict[str, str]:
+    """Durations at a possible rate of the workers, and at that of one scheduler [1/s]."""
+    rate, large = min(possible, of_scheduler), f"{LARGE:.0e} runs"
+    return {
+        f"{MAX_RUNS:.0e} runs": _duration(MAX_RUNS / rate),
+        f"{large}, one scheduler": _duration(LARGE / rate),
+        "schedulers that keep them busy": str(math.ceil(possible / of_scheduler)),
+        f"{large} with these": _duration(LARGE / possible),
+    }
 
 
 def _duration(seconds: float) -> str:
@@ -137,52 +141,25 @@ def _duration(seconds: float) -> str:
     return f"{count:.1f} {name}" if count < 10.0 else f"{count:.0f} {name}"
 
 
-def _tabulate_costs(costs: Costs) -> Table:
-    rows = (
-        ("of a worker: scenario, simulation, hash, metrics", f"{MILLISECONDS * costs.worker:.2f}"),
-        (
-            "of the scheduler: hand out, take back, check, compress, write",
-            f"{MILLISECONDS * costs.scheduler:.2f}",
-        ),
-    )
-    note = f"In the file of the study a run takes {costs.row:.0f} B."
-    return Table("study-cost", ("CPU time of a run of 7 s", "[ms]"), rows, (note,), page=PAGE)
-
-
 def _tabulate_engines(costs: Costs) -> Table:
     one = costs.rates[ONE_WORKER]
-    rows = tuple(
-        (name, f"{rate:.0f}", f"{rate / one:.2f}", f"{costs.tasks[name]:.0f}")
+    rows = {
+        name: {
+            "runs/s": f"{rate:.0f}",
+            "of 1 worker": f"{rate / one:.2f}",
+            "empty tasks/s": f"{costs.tasks[name]:.0f}",
+        }
         for name, rate in costs.rates.items()
-    )
-    heads = ("engine", "runs/s", "of 1 worker", "empty tasks/s")
-    return Table("study-engines", heads, rows, page=PAGE)
-
-
-class _Replay(InlineExecutor):
-    """Yields results that were computed before, packed as a worker sends them."""
-
-    def __init__(self, packed: dict[int, bytes]) -> None:
-        self._packed = packed
-
-    def map(
-        self,
-        function: Callable[[Any, Callable[[], bool]], Any],
-        tasks: Iterable[Any],
-        *,
-        should_stop: Callable[[], bool],
-    ) -> Iterator[Finished[Any, Any]]:
-        """Yields the stored result of every task."""
-        for task in tasks:
-            pickle.dumps((function, task), pickle.HIGHEST_PROTOCOL)
-            yield Finished(task, pickle.loads(self._packed[task.first]))
+    }
+    return table_of_rows("study-engines", "engine", rows, page=PAGE)
 
 
 class _Collector(InlineExecutor):
-    """Retains the packed results."""
+    """Retains the results as a worker sends them, and then yields them without computing."""
 
     def __init__(self) -> None:
         self.packed: dict[int, bytes] = {}
+        self.replays = False
 
     def map(
         self,
@@ -191,10 +168,15 @@ class _Collector(InlineExecutor):
         *,
         should_stop: Callable[[], bool],
     ) -> Iterator[Finished[Any, Any]]:
-        """Executes the tasks."""
-        for done in super().map(function, tasks, should_stop=should_stop):
-            self.packed[done.task.first] = pickle.dumps(done.result, pickle.HIGHEST_PROTOCOL)
-            yield done
+        """Executes the tasks, or yields their stored results."""
+        if not self.replays:
+            for done in super().map(function, tasks, should_stop=should_stop):
+                self.packed[done.task.first] = pickle.dumps(done.result, pickle.HIGHEST_PROTOCOL)
+                yield done
+            return
+        for task in tasks:
+            pickle.dumps((function, task), pickle.HIGHEST_PROTOCOL)
+            yield Finished(task, pickle.loads(self.packed[task.first]))
 
 
 def _size_of_study(study: Study, executor: Executor) -> int:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable, Sequence
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 
 import msgspec
@@ -61,36 +62,54 @@ def watch(
     Returns:
         The messages received by each viewer, and the difference of the clock.
     """
-    seen = [Watched() for _ in range(viewers)]
 
-    async def watch_all() -> float:
-        async with asyncio.TaskGroup() as group:
-            tasks = [group.create_task(view(url, one)) for one in seen]
+    async def watch_all() -> tuple[list[Watched], float]:
+        async with watching(url, viewers) as seen:
             await asyncio.sleep(settle)
-            for one in seen:
-                one.forget()
-            began = clock()
-            await asyncio.sleep(duration)
-            ended = clock()
-            for task in tasks:
-                task.cancel()
-        return ended - began
+            return seen, await observe(seen, duration, clock)
 
-    return seen, asyncio.run(watch_all())
+    return asyncio.run(watch_all())
 
 
-async def view(url: str, seen: Watched) -> None:
-    """Acts as a viewer until it is cancelled or disconnected.
+@asynccontextmanager
+async def watching(url: str, viewers: int) -> AsyncIterator[list[Watched]]:
+    """A context with viewers, each with a separate session.
 
     Args:
         url: Address of the dashboard's websocket.
-        seen: Records the received messages.
+        viewers: Number of viewers.
+
+    Raises:
+        AssertionError: If a viewer is disconnected.
     """
+    seen = [Watched() for _ in range(viewers)]
+    tasks = [asyncio.create_task(_view(url, one)) for one in seen]
+    yield seen
+    gone = sum(task.done() for task in tasks)
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+    assert not gone, f"{gone} of {viewers} viewers were disconnected"
+
+
+async def observe(seen: Sequence[Watched], duration: float, clock: Callable[[], float]) -> float:
+    """Counts the messages of viewers for some time [s]; returns the difference of a clock."""
+    for one in seen:
+        one.forget()
+    began = clock()
+    await asyncio.sleep(duration)
+    return clock() - began
+
+
+async def _view(url: str, seen: Watched, *, once: bool = False) -> None:
+    """Acts as a viewer until it is cancelled or disconnected, or until its first frame."""
     async with connect_viewer(url) as socket:
         await say_hello(socket)
         async for content in socket:
             assert isinstance(content, bytes)
             seen.take(content)
+            if once and seen.arrivals:
+                return
 
 
 def come_and_go(url: str, times: int, together: int = 4) -> None:
@@ -102,26 +121,15 @@ def come_and_go(url: str, times: int, together: int = 4) -> None:
         together: Number of concurrent viewers.
     """
 
-    async def visit(visits: int) -> None:
-        for _ in range(visits):
-            await _visit(url)
+    async def visit(number: int) -> None:
+        for _ in range(number, times, together):
+            async with asyncio.timeout(_PATIENCE):
+                await _view(url, Watched(), once=True)
 
     async def visit_together() -> None:
-        shares = (times // together + (i < times % together) for i in range(together))
-        await asyncio.gather(*map(visit, shares))
+        await asyncio.gather(*map(visit, range(together)))
 
     asyncio.run(visit_together())
-
-
-async def _visit(url: str) -> None:
-    seen = Watched()
-    async with asyncio.timeout(_PATIENCE), connect_viewer(url) as socket:
-        await say_hello(socket)
-        async for content in socket:
-            assert isinstance(content, bytes)
-            seen.take(content)
-            if seen.arrivals:
-                return
 
 
 def connect_viewer(url: str) -> connect:

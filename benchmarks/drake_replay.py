@@ -10,22 +10,13 @@ smaller.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.replay import (
-    DURATION,
-    STEPS,
-    Differences,
-    Replay,
-    compare,
-    print_differences,
-    record_case,
-)
+from benchmarks.replay import Replay, print_differences, slips_of
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.space import SPATIAL
@@ -61,12 +52,9 @@ def replay_in_drake(result: RunResult, step: float, approximation: str = "sap") 
         simulator.AdvanceTo((k + 1) * step)
         pose = body.EvalPoseInWorld(context)
         poses.append(_coordinates(scenario, pose))
-        points = [pose.inverse() @ tip.CalcPoseInWorld(context).translation() for tip in tips]
-        parts = [
-            np.array(contact["tangents"]) @ (point - contact["anchor"])
-            for contact, point in zip(contacts, points, strict=True)
-        ]
-        slips.append(np.concatenate(parts))
+        places = (tip.CalcPoseInWorld(context).translation() for tip in tips)
+        turn = pose.rotation().matrix()
+        slips.append(slips_of(contacts, pose.translation(), turn, places))
     return Replay.at_steps(step, poses, slips)
 
 
@@ -89,17 +77,6 @@ def build(text: str, given: dict[str, Any]) -> tuple[Any, Any]:
     return builder.Build(), plant
 
 
-def measure_differences(
-    name: str,
-    steps: Sequence[float] = STEPS,
-    duration: float = DURATION,
-    approximation: str = "sap",
-) -> list[Differences]:
-    """The table of differences of a preset: one row per step of Drake."""
-    result = record_case(name, duration)
-    return [compare(result, replay_in_drake(result, step, approximation), step) for step in steps]
-
-
 def _coordinates(scenario: Scenario, pose: Any) -> Floats:
     """Our coordinates of the object's pose."""
     place, turn = pose.translation(), pose.rotation().matrix()
@@ -112,4 +89,4 @@ def _coordinates(scenario: Scenario, pose: Any) -> Floats:
 
 if __name__ == "__main__":
     for kind in APPROXIMATIONS:
-        print_differences(f"Drake ({kind})", partial(measure_differences, approximation=kind))
+        print_differences(f"Drake ({kind})", partial(replay_in_drake, approximation=kind))

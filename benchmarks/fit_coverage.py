@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -69,7 +70,7 @@ CASES = (
 
 def run(seed: int = SEED, twins: int = TWINS) -> list[Table]:
     """The table ``fit-coverage``."""
-    rows: list[tuple[str, ...]] = []
+    rows = []
     for case in CASES:
         problem = make_problem(case)
         report = fit(problem, FitOptions(starts=1, seed=seed, twins=twins))
@@ -110,11 +111,15 @@ def cover_linear(problem: FitProblem, report: FitReport, seed: int, twins: int) 
 def make_problem(case: Case) -> FitProblem:
     """A fit of a run with the true values, with data without noise: its twins are centred on it."""
     values = {key: value for key, value in case.truth.items() if key != DELAY}
-    base = with_values(load_scenario(case.preset), {"simulation.duration": DURATION})
-    run = simulate(with_values(base, values))
+    run = simulate_briefly(case.preset, values)
     problem = problem_of(run, [*values], case.noise, [DELAY] if DELAY in case.truth else [])
     measured = problem.sample(run, [*case.truth.values()])
     return problem.with_data(replace(problem.data, values=measured))
+
+
+def simulate_briefly(preset: str, values: Mapping[str, Any]) -> RunResult:
+    """The run of a preset with other values, for half a second."""
+    return simulate(with_values(load_scenario(preset), {**values, "simulation.duration": DURATION}))
 
 
 def problem_of(

@@ -3,61 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from benchmarks.fit_coverage import DURATION, POSES, SEED, TWINS, problem_of
+from benchmarks.fit_coverage import POSES, SEED, TWINS, problem_of, simulate_briefly
 from benchmarks.report import Table
 from slipgrasp.core.fit.fit import FitOptions, fit
 from slipgrasp.core.fit.problem import FitProblem
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.run.simulator import simulate
-from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.trace import rows_from_start
 
 FRICTIONS = ("fingers.0.friction", "fingers.1.friction")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StickCase:
-    """A run in which no contact slips, under a law that does not use friction.
-
-    Attributes:
-        preset: The scenario.
-        changes: Parameters that differ from those of the preset.
-    """
-
-    preset: str
-    changes: dict[str, Any]
-
-    def simulate(self) -> RunResult:
-        """The run."""
-        changes = {**self.changes, "simulation.duration": DURATION}
-        return simulate(with_values(load_scenario(self.preset), changes))
-
-
-CASES = (
-    StickCase(
-        preset="paper-case-1",
-        changes={"controller.kind": "pd-gravity", "controller.grip_force": 40.0},
-    ),
-    StickCase(preset="gripper-lift", changes=dict.fromkeys(FRICTIONS, 0.5)),
-)
+# Runs of presets in which no contact slips, under a law that does not use friction.
+CASES: dict[str, dict[str, Any]] = {
+    "paper-case-1": {"controller.kind": "pd-gravity", "controller.grip_force": 40.0},
+    "gripper-lift": dict.fromkeys(FRICTIONS, 0.5),
+}
 
 
 def run(seed: int = SEED, twins: int = TWINS) -> list[Table]:
     """The table ``fit-stick``."""
-    rows: list[tuple[str, ...]] = []
-    for case in CASES:
-        stuck = case.simulate()
+    rows = []
+    for preset, changes in CASES.items():
+        stuck = simulate_briefly(preset, changes)
         reports = [fit(twin, FitOptions(starts=1)) for twin in twins_of(stuck, seed, twins)]
         for key, used in zip(FRICTIONS, used_friction(stuck), strict=True):
             found = [report.parameters[key] for report in reports]
             lows = np.array([f.low for f in found if f.kind == "only below" and f.value is None])
             equal = int(np.isclose(lows, used, rtol=1e-9).sum())
-            rows.append((case.preset, key, f"{used:.4f}", str(len(lows)), str(equal)))
+            rows.append((preset, key, f"{used:.4f}", str(len(lows)), str(equal)))
     heads = ("scenario", "parameter", "max F_t / F_n", f"bound alone, of {twins}", "equal to it")
     return [Table("fit-stick", heads, tuple(rows), page="fit.md")]
 

@@ -14,10 +14,10 @@ from benchmarks import outcome_checks
 from benchmarks.outcome_checks import (
     OUTSIDE_CONE,
     Check,
-    Judgement,
+    Judge,
+    Pair,
     common_missed,
     ledger_error,
-    simulate_runs,
 )
 from benchmarks.outcomes import SEED, judge_many, tabulate
 from benchmarks.random_runs import PAIRS_IN_SPACE
@@ -26,50 +26,27 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.spatial import SpatialScenario
 from slipgrasp.core.trace.types import Outcome
+from tests.references import soft_instant, spatial_instant
+from tests.references.changes import scenario_at
+from tests.references.spatial_instant import force_rounding
 
 COUNT = 10_000
 LEDGER_SHARE = 1e-8  # of the largest energy of the run: the relative tolerance of the steps
 SAME_VELOCITY = 1e-7  # of 1 m/s and the velocity; slips below that may end together
-CHECKS = outcome_checks.CHECKS | {
-    "ledger": Check("energy balance off by more than 1e-6 J and 1e-8 of the largest energy", "J"),
-    "velocity": Check("velocities that differ at equal times by more than 1e-7", "m/s"),
-}
 
 
 def run(seed: int = SEED) -> list[Table]:
     """The tables ``hands-in-space`` and ``hands-in-space-endings``."""
-    campaign = judge_many(PAIRS_IN_SPACE, COUNT, seed, judge_run)
-    return tabulate([campaign], "hands-in-space", CHECKS)
+    return tabulate([judge_many(PAIRS_IN_SPACE, COUNT, seed, JUDGE)], "hands-in-space")
 
 
-def judge_run(scenario: Scenario, *, twice: bool = True) -> Judgement:
-    """Checks a run of a spatial scenario, if requested also with an output of 10 kHz.
-
-    Args:
-        scenario: Scenario to simulate.
-        twice: Whether to simulate it again.
-    """
-    plain, fine, held = simulate_runs(scenario, twice=twice)
-    return Judgement(plain.outcome.value, find_missed_in_space(plain, fine, held))
-
-
-def find_missed_in_space(
-    plain: RunResult, fine: RunResult | None, held: np.ndarray
-) -> dict[str, float]:
-    """Deviations of the failed checks, by name.
-
-    Args:
-        plain: The run.
-        fine: The same run with an output of 10 kHz, if any.
-        held: Torques at its end, ``(n, 3)`` [N m].
-    """
-    runs = (plain,) if fine is None else (plain, fine)
-    missed = common_missed(plain, fine, SAME_VELOCITY) | {
-        "cone": max(map(_outside_friction, runs)),
-        "ledger": max(ledger_error(run.trace, LEDGER_SHARE) for run in runs),
-        **_untrue_ends(plain, held),
+def measure_in_space(pair: Pair) -> dict[str, float]:
+    """Deviation of each check by name: `outcome_checks.Judge.measure`."""
+    return common_missed(pair, SAME_VELOCITY) | {
+        "cone": max(map(_outside_friction, pair.runs)),
+        "ledger": max(ledger_error(run.trace, LEDGER_SHARE) for run in pair.runs),
+        **_untrue_ends(pair.plain, pair.held),
     }
-    return {name: by for name, by in missed.items() if by > 0.0}
 
 
 def _outside_friction(run: RunResult) -> float:
@@ -78,8 +55,6 @@ def _outside_friction(run: RunResult) -> float:
     The rows are those that `benchmarks.outcome_checks` uses for planar hands. Changes of a force
     within the rounding of the state are no excess.
     """
-    from tests.references.spatial_instant import force_rounding
-
     trace, scenario = run.trace, run.scenario
     assert isinstance(scenario, SpatialScenario)
     rows = np.arange(len(trace)) > 0
@@ -114,8 +89,6 @@ def _outside_friction(run: RunResult) -> float:
 
 def _static_over_kinetic(run: RunResult) -> np.ndarray:
     """Ratio of static to sliding friction of each contact at every row, ``(rows, n)``."""
-    from tests.references.changes import scenario_at
-
     times, scenario = run.trace.times, run.scenario
     ratios = np.ones((len(times), len(scenario.fingers)))
     for time in sorted({0.0, *(change.time for change in scenario.changes)}):
@@ -180,10 +153,15 @@ def _untrue_ends(run: RunResult, held: np.ndarray) -> dict[str, float]:
     ends_so = run.outcome is Outcome.INCONSISTENT or (run.outcome is Outcome.SEPARATED and by_jump)
     if not ends_so:
         return {}
-    from tests.references import soft_instant, spatial_instant
-
     if eccentricities(run.scenario).any():
         found = soft_instant.has_closed_answer(soft_instant.problem_at_end(run.scenario))
     else:
         found = spatial_instant.find_closed_answer(run, held) is not None
     return {run.outcome.value: 1.0} if found else {}
+
+
+CHECKS = outcome_checks.CHECKS | {
+    "ledger": Check("energy balance off by more than 1e-6 J and 1e-8 of the largest energy", "J"),
+    "velocity": Check("velocities that differ at equal times by more than 1e-7", "m/s"),
+}
+JUDGE = Judge(CHECKS, measure_in_space)

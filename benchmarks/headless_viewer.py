@@ -16,13 +16,6 @@ from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
 _WIDTH, _HEIGHT = 1440, 900
-_LAYOUT = {
-    "width": _WIDTH,
-    "height": _HEIGHT,
-    "scene_width": 740,
-    "scene_height": _HEIGHT,
-    "covered": 220,
-}
 _HEADER_BYTES = 16
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 _PATIENCE = 60.0
@@ -44,11 +37,10 @@ class HeadlessViewer:
         self._socket = connect(
             url, subprotocols=[PROTOCOL], compression=None, max_size=None, close_timeout=0.5
         )
-        self._uuids: dict[str, str] = {}
         self._page = url.replace("ws", "http", 1).rstrip("/")
         self._key = ""
         self.bytes_received = 0
-        self._send("ViewerCameraMessage", camera_fields())
+        self.send("ViewerCameraMessage", camera_fields())
 
     def __enter__(self) -> Self:
         return self
@@ -56,18 +48,10 @@ class HeadlessViewer:
     def __exit__(self, *_: object) -> None:
         self._socket.close()
 
-    def measure_page(self) -> None:
-        """Reports the size of the page, after which the session sends all controls."""
-        self.post(kind="measure-page", layout=_LAYOUT, prefers_dark=False)
-
-    def set(self, label: str, value: object) -> None:
-        """Moves the control with a label."""
-        self._send("GuiUpdateMessage", {"uuid": self._uuids[label], "updates": {"value": value}})
-
     def post(self, **intent: object) -> None:
         """Sends the requests of the page's script, after the session has sent its key."""
         while not self._key:
-            list(self._receive())
+            list(self.receive())
         request = urllib.request.Request(
             f"{self._page}/dashboard/sessions/{self._key}/intents",
             json.dumps([intent]).encode(),
@@ -82,9 +66,14 @@ class HeadlessViewer:
             TimeoutError: If no message arrives for a minute.
         """
         while times > 0:
-            times -= sum(condition(message) for message in self._receive())
+            times -= sum(condition(message) for message in self.receive())
 
-    def _receive(self) -> Iterator[dict[str, Any]]:
+    def receive(self) -> Iterator[dict[str, Any]]:
+        """The messages of the next frame.
+
+        Raises:
+            TimeoutError: If none arrives for a minute.
+        """
         content = self._socket.recv(timeout=_PATIENCE)
         assert isinstance(content, bytes)
         self.bytes_received += len(content)
@@ -92,12 +81,10 @@ class HeadlessViewer:
             state = session_state(content_of(message))
             if state is not None:
                 self._key = state["session"]
-            properties = message.get("props", {})
-            if isinstance(properties, dict) and properties.get("label"):
-                self._uuids[properties["label"]] = message["uuid"]
             yield message
 
-    def _send(self, kind: str, fields: dict[str, object]) -> None:
+    def send(self, kind: str, fields: dict[str, object]) -> None:
+        """Sends a message."""
         self._socket.send(msgspec.msgpack.encode({"type": kind, **fields}))
 
 

@@ -10,7 +10,6 @@ the effect of every change without selection by trials, which determines the ord
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -32,6 +31,8 @@ from slipgrasp.core.scenario.space import SPATIAL
 from slipgrasp.core.trace.types import ContactPhase, Outcome
 from slipgrasp.core.words.hints import Goal
 from slipgrasp.core.words.options import Option
+from tests.core.drawn_hands_in_space import draw_hand_in_space
+from tests.core.drawn_scenarios import draw_kind, draw_scenario
 
 PRESSED = 600
 MOST_RUNS = 2000
@@ -74,12 +75,17 @@ class Case(NamedTuple):
     presses: tuple[Press, ...]
     untried: bool | None
 
+    @property
+    def is_true(self) -> bool:
+        """Whether the texts of all displayed hints were correct."""
+        return all(press.is_true for press in self.presses)
+
 
 def run(seed: int = SEED) -> list[Table]:
     """The tables ``hints`` and ``hints-options``."""
     cases: list[Case] = []
     drawn = in_processes(partial(press_hints, seed), MOST_RUNS)
-    for case in reported(drawn, MOST_RUNS, "hints", _is_wrong):
+    for case in reported(drawn, MOST_RUNS, "hints", lambda case: not case.is_true):
         cases.append(case)
         if sum(len(case.presses) for case in cases) >= PRESSED:
             break
@@ -124,14 +130,12 @@ def follow_all(seed: int, index: int) -> tuple[bool, dict[str, bool]]:
     scenario = draw(seed, index)
     before = simulate(scenario)
     hint, after = describe_run(before).hint, {}
-
-    def simulate_one(changed: Scenario, _stop: Callable[[], bool]) -> RunResult:
-        return simulate(changed)
-
     for option in hint.trials:
-        budget = Budget(runs=1)
-        lone = try_hint(before, type(hint)((option,)), budget=budget, simulate=simulate_one)
-        if lone.count:
+        lone = type(hint)((option,))
+        tried = try_hint(
+            before, lone, budget=Budget(runs=1), simulate=lambda changed, _: simulate(changed)
+        )
+        if tried.count:
             after[name_of(option)] = is_held(simulate(follow(scenario, option)))
     return is_held(before), after
 
@@ -196,14 +200,12 @@ def offset_of(result: RunResult) -> float:
     return float(np.linalg.norm(result.trace.tracking_error[-1, :ways]))
 
 
-def _peak_force(result: RunResult) -> float:
-    return max(result.metrics.peak_normal_force)
-
-
 _EFFECTS: dict[str, Callable[[RunResult], float]] = {
     rf"slip {_LENGTH}(?: instead of {_LENGTH})?": slip_of,
     rf"{_LENGTH} off(?: instead of {_LENGTH})?": offset_of,
-    r"normal force up to (\S+ N)(?: instead of (\S+ N))?": _peak_force,
+    r"normal force up to (\S+ N)(?: instead of (\S+ N))?": lambda result: max(
+        result.metrics.peak_normal_force
+    ),
 }
 """Texts about a number after and before a hint, and the number."""
 
@@ -211,20 +213,6 @@ _EFFECTS: dict[str, Callable[[RunResult], float]] = {
 def draw(seed: int, index: int) -> Scenario:
     """A reproducible random run: random planar and spatial ones, usual planar and spatial ones."""
     return _DRAWS[index % len(_DRAWS)](f"hints {seed} {index}")
-
-
-def _any_in_plane(seed: str) -> Scenario:
-    from tests.core.drawn_scenarios import draw_kind, draw_scenario
-
-    scenario = draw_scenario(draw_kind(Random(f"kind {seed}")), seed)
-    longer = {"simulation.duration": DURATION, "simulation.max_steps": MAX_STEPS}
-    return with_values(scenario, longer)
-
-
-def _any_in_space(seed: str) -> Scenario:
-    from tests.core.drawn_hands_in_space import draw_hand_in_space
-
-    return with_values(draw_hand_in_space(seed), {"simulation.duration": DURATION})
 
 
 def _usual(presets: tuple[str, ...], seed: str) -> Scenario:
@@ -250,10 +238,8 @@ def _object(base: Scenario, rng: Random) -> Iterator[tuple[str, Any]]:
     for k, estimate in enumerate(base.estimates):
         low = -np.inf if estimate.minimum is None else estimate.minimum
         high = np.inf if estimate.maximum is None else estimate.maximum
-        yield (
-            f"estimates.{k}.initial",
-            min(max(rng.uniform(0.5, 1.8) * estimate.initial, low), high),
-        )
+        initial = rng.uniform(0.5, 1.8) * estimate.initial
+        yield f"estimates.{k}.initial", min(max(initial, low), high)
 
 
 def _setting(base: Scenario, rng: Random) -> Iterator[tuple[str, Any]]:
@@ -282,9 +268,13 @@ def _imperfect(rng: Random) -> Iterator[tuple[str, Any]]:
         yield "sensing.velocity_noise", rng.uniform(0.0003, 0.003)
 
 
-_DRAWS = (
-    _any_in_plane,
-    _any_in_space,
+_LONGER = {"simulation.duration": DURATION}
+_DRAWS: tuple[Callable[[str], Scenario], ...] = (
+    lambda seed: with_values(
+        draw_scenario(draw_kind(Random(f"kind {seed}")), seed),
+        {**_LONGER, "simulation.max_steps": MAX_STEPS},
+    ),
+    lambda seed: with_values(draw_hand_in_space(seed), _LONGER),
     partial(_usual, _PLANAR),
     partial(_usual, _SPATIAL),
 )
@@ -300,24 +290,19 @@ def tabulate(cases: list[Case], seed: int) -> Table:
     presses = [press for case in cases for press in case.presses]
     held = [case for case in cases if case.held]
     lost = [case for case in cases if not case.held]
-    firsts = [case.presses[0] for case in lost if case.presses]
+    firsts = [case.presses[0].holds for case in lost if case.presses]
     untried = [case.untried for case in lost if case.untried is not None]
+    losses = sum(not press.holds for case in held for press in case.presses)
     rows = (
         ("runs drawn", str(len(cases))),
         ("of these held", str(len(held))),
         ("applied hints", str(len(presses))),
-        ("have the stated effect", _share(presses, lambda press: press.is_true)),
-        (
-            "held objects that a hint lost",
-            str(sum(not press.holds for case in held for press in case.presses)),
-        ),
-        (
-            "not held before, held with the first hint, if there is one",
-            _share(firsts, lambda press: press.holds),
-        ),
+        ("have the stated effect", _share([press.is_true for press in presses])),
+        ("held objects that a hint lost", str(losses)),
+        ("not held before, held with the first hint, if there is one", _share(firsts)),
         ("not held before, held with the first hint, of all", format_share(len(firsts), len(lost))),
         ("not held before, nor with any tried hint, as reported", str(len(lost) - len(firsts))),
-        ("ended early, held with the first hint without trials", _share(untried, bool)),
+        ("ended early, held with the first hint without trials", _share(untried)),
     )
     note = (
         "Targets: at least 95 % have the stated effect, no held object lost, at least 70 % held "
@@ -332,28 +317,23 @@ def tabulate_options(found: list[tuple[bool, dict[str, bool]]]) -> Table:
     Args:
         found: Whether the object of each run was held, originally and with each change.
     """
-    tried = {was_held: Counter[str]() for was_held in (False, True)}
-    changed = {was_held: Counter[str]() for was_held in (False, True)}
+    tried: dict[str, tuple[list[bool], list[bool]]] = {}
     for was_held, after in found:
-        tried[was_held].update(list(after))
-        changed[was_held].update(name for name, holds in after.items() if holds != was_held)
-    lost, saved = tried[False], changed[False]
-    order = sorted(
-        {*tried[True], *lost},
-        key=lambda name: (-saved[name] / max(lost[name], 1), -lost[name], name),
-    )
+        for name, holds in after.items():
+            tried.setdefault(name, ([], []))[was_held].append(holds != was_held)
+
+    def effect(name: str) -> tuple[float, int, str]:
+        lost = tried[name][False]
+        return -sum(lost) / max(len(lost), 1), -len(lost), name
+
     rows = tuple(
-        (f"`{name}`", *(f"{changed[held][name]} of {tried[held][name]}" for held in (False, True)))
-        for name in order
+        (f"`{name}`", *(f"{sum(changed)} of {len(changed)}" for changed in tried[name]))
+        for name in sorted(tried, key=effect)
     )
     heads = ("change", "lost objects that it holds", "held objects that it loses")
     note = f"Every change tried on {len(found)} other random runs, whether it helps or not."
     return Table("hints-options", heads, rows, (note,), "verification.md")
 
 
-def _share(values: list[Any], is_so: Callable[[Any], bool]) -> str:
-    return format_share(sum(map(is_so, values)), len(values)) if values else "–"
-
-
-def _is_wrong(case: Case) -> bool:
-    return any(not press.is_true for press in case.presses)
+def _share(values: list[bool]) -> str:
+    return format_share(sum(values), len(values)) if values else "–"

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.report import Table, format_share
+from benchmarks.report import Table, format_share, table_of_rows
 from benchmarks.robustness_worlds import FRICTION, MASS, SEED
 from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.result import RunSummary
@@ -79,29 +79,20 @@ def tabulate(runs: dict[str, Sequence[RunSummary]], world: str = "ideal") -> Tab
     """
     held = {law: np.array([run.metrics.held for run in those]) for law, those in runs.items()}
     by_oracle = held[ORACLE]
-    rows = tuple(
-        (
-            law,
-            format_share(int(own.sum()), len(own)),
-            format_share(int((own & by_oracle).sum()), int(by_oracle.sum())),
-            _describe_paths([run for run, is_held in zip(runs[law], own, strict=True) if is_held]),
-        )
-        for law, own in held.items()
-    )
+    rows = {}
+    for law, own in held.items():
+        paths = 1e3 * np.array([max(run.metrics.slip_path) for run in runs[law]])[own]
+        rows[law] = {
+            "held (95 % interval)": format_share(int(own.sum()), len(own)),
+            "of what the oracle holds": format_share(
+                int((own & by_oracle).sum()), int(by_oracle.sum())
+            ),
+            "longest slip of a run, median and worst of the held [mm]": (
+                f"{np.median(paths):.3f}, {paths.max():.3f}" if own.any() else "–"
+            ),
+        }
     share = float((held["composite, `hold`"] & by_oracle).sum() / by_oracle.sum())
     outcome = "meets" if share >= TARGET else "misses"
-    heads = (
-        f"{len(by_oracle)} objects in space, {world} world, {DURATION:g} s",
-        "held (95 % interval)",
-        "of what the oracle holds",
-        "longest slip of a run, median and worst of the held [mm]",
-    )
+    head = f"{len(by_oracle)} objects in space, {world} world, {DURATION:g} s"
     note = f"This {outcome} the target: composite with `hold` at least {TARGET:.0%} of the oracle."
-    return Table(f"hold-in-space-{world}", heads, rows, (note,), "space.md")
-
-
-def _describe_paths(runs: Sequence[RunSummary]) -> str:
-    if not runs:
-        return "–"
-    paths = [1e3 * max(run.metrics.slip_path) for run in runs]
-    return f"{np.median(paths):.3f}, {max(paths):.3f}"
+    return table_of_rows(f"hold-in-space-{world}", head, rows, note, page="space.md")

@@ -58,15 +58,10 @@ def _row(words: str, service: Service, query: str, rounds: int) -> tuple[str, st
     return words, f"{statistics.median(walls):.0f} ms", f"{statistics.mean(costs):.0f} ms"
 
 
-def main(count: str = "100000", folder: str = "") -> None:
-    """Fills a folder if it is empty, and prints the table."""
+if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as temporary:
-        path = Path(folder or temporary)
+        path = Path(sys.argv[2] if len(sys.argv) > 2 else temporary)
         if not any(path.glob("*.mcap")):
             path.mkdir(exist_ok=True)
-            fill(path, int(count))
+            fill(path, int(sys.argv[1]) if len(sys.argv) > 1 else 100_000)
         print(format_text(measure_large_folder(path)))
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:3])

@@ -11,8 +11,7 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -20,14 +19,25 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.processes import Watch, peak_of
-from benchmarks.report import Table, met
+from benchmarks.processes import background_threads, peak_of, watch
+from benchmarks.report import Table, met, table_of_rows
 from benchmarks.service import Service, serve
-from benchmarks.soak.asking import find_faults
+from benchmarks.soak.asking import Tally
 
 PRESET = "spatial-box"
 LONGEST = {"output 10 kHz": (200.0, 10_000.0), "600 s": (600.0, 3333.0)}
 """Duration and rate of output of the longest legal runs: two million samples [s, Hz]."""
+
+READ = (
+    "/runs/{run}/signals?names=slip,normal_force&t_from={start}&t_to={end}",
+    "/runs/{run}/signals?names=times",
+    "/runs/{run}/signals",
+    "/runs/{run}/signals.csv",
+    "/runs/{run}/signals.parquet",
+    "/diff?a={first}&b={second}",
+    "/runs",
+)
+"""Requests of the readers."""
 
 CONTROL_PERIOD = 1e-4
 READERS = 12
@@ -42,22 +52,20 @@ class LongRuns:
     """Results of the longest runs.
 
     Attributes:
+        tally: Responses to readers and figures.
         samples: Number of samples of each of the four runs.
         outcomes: Number of runs by outcome.
         first_peak: Peak memory of the service while two runs were recorded [bytes].
         peak: Peak memory [bytes].
-        statuses: Number of responses to readers and figures by status.
-        unexplained: Rejections without a problem document with a sentence.
         figure_seconds: Drawing times of the figures [s].
         health: Response times of health requests [s].
     """
 
+    tally: Tally
     samples: list[int] = field(default_factory=list)
     outcomes: Counter[str] = field(default_factory=Counter)
     first_peak: int = 0
     peak: int = 0
-    statuses: Counter[str] = field(default_factory=Counter)
-    unexplained: list[str] = field(default_factory=list)
     figure_seconds: list[float] = field(default_factory=list)
     health: list[float] = field(default_factory=list)
 
@@ -79,18 +87,20 @@ def measure(duration: float, output_rate: float, readers: int, seed: int) -> Lon
     """
     draw = random.Random(seed)
     asked = [request_of(duration, output_rate, round(draw.uniform(0.2, 0.3), 4)) for _ in range(4)]
-    found = LongRuns()
     with tempfile.TemporaryDirectory() as folder, serve(Path(folder)) as service:
-        process = service.process.pid
-        with Watch(partial(service.seconds_of, "/health"), _POLL) as health:
+        found, process = LongRuns(Tally(service.address)), service.process.pid
+        with watch(partial(service.seconds_of, "/health"), _POLL) as found.health:
             first = record(service, asked[:2])
             found.first_peak = peak_of(process)
-            with _readers(service, first, readers, seed, found):
+            clients = [partial(_read, found.tally, first, seed + i) for i in range(readers)]
+            with background_threads(*clients, partial(_draw, found, first)):
                 second = record(service, asked[2:])
         for run_id in (*first, *second):
             found.outcomes[service.ask(f"/runs/{run_id}")["outcome"]] += 1
-            found.samples.append(_num_samples(service, run_id))
-        found.peak, found.health = peak_of(process), health.samples
+            # The start of the times of the run has their number.
+            head = service.exchange(f"/runs/{run_id}/signals?names=times", keep=400).content
+            found.samples.append(int(head.partition(b'"count":')[2].partition(b",")[0]))
+        found.peak = peak_of(process)
     return found
 
 
@@ -114,108 +124,55 @@ def record(service: Service, requests: list[dict[str, Any]]) -> list[str]:
     return run_ids
 
 
-@contextmanager
-def _readers(
-    service: Service, run_ids: list[str], readers: int, seed: int, found: LongRuns
-) -> Iterator[None]:
-    """A context in which readers make requests about the long recordings."""
-    done = threading.Event()
-    clients = [
-        threading.Thread(target=_read, args=(service, run_ids, seed + i, done, found))
-        for i in range(readers)
-    ]
-    clients.append(threading.Thread(target=_draw, args=(service, run_ids, done, found)))
-    for client in clients:
-        client.start()
-    try:
-        yield
-    finally:
-        done.set()
-        for client in clients:
-            client.join()
-
-
-def _read(
-    service: Service, run_ids: list[str], seed: int, done: threading.Event, found: LongRuns
-) -> None:
+def _read(tally: Tally, run_ids: list[str], seed: int, done: threading.Event) -> None:
     """Makes random requests until the runs end."""
     draw = random.Random(seed)
     while not done.is_set():
         run_id, start = draw.choice(run_ids), round(draw.uniform(0.0, 5.0), 2)
-        path = draw.choice(
-            [
-                f"/runs/{run_id}/signals?names=slip,normal_force&t_from={start}&t_to={start + 1}",
-                f"/runs/{run_id}/signals?names=times",
-                f"/runs/{run_id}/signals",
-                f"/runs/{run_id}/signals.csv",
-                f"/runs/{run_id}/signals.parquet",
-                f"/diff?a={run_ids[0]}&b={run_ids[1]}",
-                "/runs",
-            ]
-        )
-        _note(found, service, path)
+        first, second = run_ids
+        path = draw.choice(READ)
+        path = path.format(run=run_id, start=start, end=start + 1, first=first, second=second)
+        _ask(tally, path)
         done.wait(draw.uniform(0.0, 1.0))
 
 
-def _draw(service: Service, run_ids: list[str], done: threading.Event, found: LongRuns) -> None:
+def _draw(found: LongRuns, run_ids: list[str], done: threading.Event) -> None:
     """Requests the figure repeatedly, at least once."""
     path = f"/diff/figure?a={run_ids[0]}&b={run_ids[1]}&format=png"
     while not found.figure_seconds or not done.is_set():
         started = time.perf_counter()
-        if _note(found, service, path) == 200:
+        if _ask(found.tally, path) == 200:
             found.figure_seconds.append(time.perf_counter() - started)
 
 
-def _note(found: LongRuns, service: Service, path: str) -> int:
-    """Sends a request, and counts its status, which it returns."""
-    answer = service.exchange(path, keep=1 << 16)
+def _ask(tally: Tally, path: str) -> int:
+    """Sends a request, which may be rejected with a reason; returns its status."""
     kind = path.partition("?")[0].rpartition("/")[2]
-    found.statuses[f"{kind} {answer.status}"] += 1
-    if answer.status >= 400:
-        found.unexplained += find_faults(answer, (answer.status,))
-    return answer.status
-
-
-def _num_samples(service: Service, run_id: str) -> int:
-    """Number of samples of a recording, from the start of a response with its times."""
-    head = service.exchange(f"/runs/{run_id}/signals?names=times", keep=400).content
-    return int(head.partition(b'"count":')[2].partition(b",")[0])
+    return tally.ask(kind, "GET", path, range(200, 600), keep=1 << 16).status
 
 
 def _tabulate(found: dict[str, LongRuns]) -> Table:
-    heads = (
-        "longest runs",
-        "samples",
-        "two runs [MB]",
-        "all [MB]",
-        "health p95 [ms]",
-        "figure [s]",
-        "ends of the runs",
-        "answers",
-        "refused without a reason",
-    )
-    rows = tuple(
-        (
-            name,
-            f"{min(each.samples)} … {max(each.samples)}",
-            f"{each.first_peak / 1e6:.0f}",
-            f"{each.peak / 1e6:.0f}",
-            f"{1e3 * np.quantile(each.health, 0.95):.0f}",
-            f"{np.median(each.figure_seconds):.0f}",
-            _counted(each.outcomes),
-            _counted(each.statuses),
-            str(len(each.unexplained)),
-        )
+    rows = {
+        name: {
+            "samples": f"{min(each.samples)} … {max(each.samples)}",
+            "two runs [MB]": f"{each.first_peak / 1e6:.0f}",
+            "all [MB]": f"{each.peak / 1e6:.0f}",
+            "health p95 [ms]": f"{1e3 * np.quantile(each.health, 0.95):.0f}",
+            "figure [s]": f"{np.median(each.figure_seconds):.0f}",
+            "ends of the runs": _counted(each.outcomes),
+            "answers": _counted({" ".join(end): n for end, n in each.tally.counts.items()}),
+            "refused without a reason": str(len(each.tally.faults)),
+        }
         for name, each in found.items()
-    )
+    }
     peak = max(each.peak for each in found.values())
     p95 = max(float(np.quantile(each.health, 0.95)) for each in found.values())
     note = (
         f"Target at most {MEMORY_LIMIT / 1e6:.0f} MB: {met(peak <= MEMORY_LIMIT)}; health "
         f"within {1e3 * HEALTH_LIMIT:.0f} ms: {met(p95 <= HEALTH_LIMIT)}."
     )
-    return Table("long-runs", heads, rows, (note,))
+    return table_of_rows("long-runs", "longest runs", rows, note)
 
 
-def _counted(counts: Counter[str]) -> str:
+def _counted(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{name} ×{count}" for name, count in sorted(counts.items()))

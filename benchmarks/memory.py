@@ -7,20 +7,16 @@ from __future__ import annotations
 
 import os
 import resource
-import subprocess
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from benchmarks.batch import THREADS, vary
-from benchmarks.processes import peak_of
+from benchmarks.processes import peak_of, run_module
 from benchmarks.report import Table, met
 from slipgrasp import simulate_many
 
 DURATION = 0.5  # [s]; a batch stores no trace, so that longer runs need no more memory
 LIMIT = 500e6  # [B]
-
-_ROOT = Path(__file__).parents[1]
 
 
 def run(counts: Sequence[int] = (1000, 3000, 10_000)) -> list[Table]:
@@ -44,9 +40,7 @@ def run(counts: Sequence[int] = (1000, 3000, 10_000)) -> list[Table]:
 
 def measure_memory(count: int) -> int:
     """Peak memory of a process that simulates a batch of a number of runs [B]."""
-    command = [sys.executable, "-m", "benchmarks.memory", str(count)]
-    done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=_ROOT)
-    return int(done.stdout)
+    return int(run_module("benchmarks.memory", str(count)))
 
 
 def peak_memory() -> int:
@@ -57,12 +51,7 @@ def peak_memory() -> int:
     return peak_of(os.getpid()) or resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
-def main() -> None:
-    """Simulates a batch and prints its peak memory."""
+if __name__ == "__main__":
     for _ in simulate_many(vary("paper-case-1", int(sys.argv[1]), DURATION), threads=THREADS):
         pass
-    sys.stdout.write(f"{peak_memory()}\n")
-
-
-if __name__ == "__main__":
-    main()
+    print(peak_memory())

@@ -2,24 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable
 
 import mujoco
 import numpy as np
 from mujoco import rollout
 from numpy.typing import NDArray
 
-from benchmarks.replay import (
-    DURATION,
-    STEPS,
-    Differences,
-    Replay,
-    compare,
-    extrapolate,
-    print_differences,
-    record_case,
-)
+from benchmarks.replay import Replay, print_differences, slips_of
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.recordings.engines.bodies import OBJECT, contacts_of
 from slipgrasp.recordings.engines.expected import mean_torques
@@ -56,7 +46,7 @@ def replay_in_mujoco(result: RunResult, step: float) -> Replay:
         step: MuJoCo's time step [s].
     """
     model, data = scene_of(result, step)
-    contacts = contacts_of(result.scenario)
+    contacts, body = contacts_of(result.scenario), data.body(OBJECT)
     pose = slice(model.nu, model.nu + result.trace.object_pose.shape[1])
     poses, slips = [], []
     for torques in mean_torques(result, step):
@@ -64,7 +54,7 @@ def replay_in_mujoco(result: RunResult, step: float) -> Replay:
         mujoco.mj_step(model, data)
         mujoco.mj_kinematics(model, data)
         poses.append(data.qpos[pose].copy())
-        slips.append(slips_in(data, contacts, data.site_xpos))
+        slips.append(slips_of(contacts, body.xpos, body.xmat.reshape(3, 3), data.site_xpos))
     return Replay.at_steps(step, poses, slips)
 
 
@@ -83,33 +73,5 @@ def stepping(result: RunResult, step: float) -> Callable[[], object]:
     return lambda: rollout.rollout(model, data, start[None], torques[None])
 
 
-def slips_in(data: mujoco.MjData, contacts: Sequence[Mapping[str, Any]], sites: Floats) -> Floats:
-    """Slip of each fingertip from its position in MuJoCo, as in a row of the trace."""
-    body = data.body(OBJECT)
-    turn = body.xmat.reshape(3, 3)
-    return np.concatenate(
-        [
-            np.array(contact["tangents"]) @ (turn.T @ (tip - body.xpos) - contact["anchor"])
-            for contact, tip in zip(contacts, sites, strict=True)
-        ]
-    )
-
-
-def measure_differences(
-    name: str, steps: Sequence[float] = STEPS, duration: float = DURATION
-) -> list[Differences]:
-    """The table of differences of a preset: one row per step, and one for the limit.
-
-    Args:
-        name: Preset, or path of a scenario.
-        steps: MuJoCo's time steps [s]; the last one is half of the previous one.
-        duration: Simulated time [s].
-    """
-    result = record_case(name, duration)
-    replays = [replay_in_mujoco(result, step) for step in steps]
-    rows = [compare(result, replay, step) for replay, step in zip(replays, steps, strict=True)]
-    return [*rows, compare(result, extrapolate(*replays[-2:]), 0.0)]
-
-
 if __name__ == "__main__":
-    print_differences("MuJoCo", measure_differences)
+    print_differences("MuJoCo", replay_in_mujoco)

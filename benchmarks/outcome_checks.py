@@ -7,8 +7,8 @@ inconsistent or separated, on an independent search for consistent phases.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,9 +21,8 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.core.trace.types import ContactPhase, Outcome, PhaseChange
-
-if TYPE_CHECKING:
-    from tests.references.open_contacts import Answer
+from tests.references.instant import answers_at_end, is_sampled_at_end
+from tests.references.open_contacts import OPEN
 
 FINE_RATE = 10_000.0  # [Hz]
 SAME_INSTANT = 1e-9  # [s]
@@ -78,46 +77,61 @@ class Judgement(NamedTuple):
     missed: Mapping[str, float]
 
 
-def judge_run(scenario: Scenario, *, twice: bool = True) -> Judgement:
-    """Checks a run of a scenario, if requested also with an output of 10 kHz.
+class Pair(NamedTuple):
+    """A run, perhaps simulated twice.
 
-    Args:
-        scenario: Scenario to simulate.
-        twice: Whether to simulate it again.
-    """
-    plain, fine, held = simulate_runs(scenario, twice=twice)
-    return Judgement(plain.outcome.value, find_missed(plain, fine, held))
-
-
-def find_missed(plain: RunResult, fine: RunResult | None, held: np.ndarray) -> dict[str, float]:
-    """Deviations of the failed checks, by name.
-
-    Args:
+    Attributes:
         plain: The run.
+        held: Torques at its end, ``(n, joints)`` [N m].
         fine: The same run with an output of 10 kHz, if any.
-        held: Torques at its end, ``(n, 2)`` [N m].
     """
-    runs = (plain,) if fine is None else (plain, fine)
-    missed = common_missed(plain, fine) | {
-        "cone": max(map(_outside_cone, runs)),
-        "ledger": max(ledger_error(run.trace) for run in runs),
-        "inconsistent": _has_answer(plain, held),
-        "separated": _need_not_open(plain, held),
-    }
-    return {name: by for name, by in missed.items() if by > 0.0}
+
+    plain: RunResult
+    held: np.ndarray
+    fine: RunResult | None = None
+
+    @property
+    def runs(self) -> list[RunResult]:
+        """The run, and the same with an output of 10 kHz, if any."""
+        return [self.plain] if self.fine is None else [self.plain, self.fine]
 
 
-def common_missed(
-    plain: RunResult, fine: RunResult | None, same: float = VELOCITY_JUMP
-) -> dict[str, float]:
-    """Deviations of the failed checks that need neither forces nor energies.
+class Judge(NamedTuple):
+    """The checks of the runs of a population.
+
+    Attributes:
+        checks: The checks by name.
+        measure: Deviation of each check by name, 0 if it is passed.
+    """
+
+    checks: Mapping[str, Check]
+    measure: Callable[[Pair], Mapping[str, float]]
+
+    def find_missed(self, pair: Pair) -> dict[str, float]:
+        """Deviations of the failed checks, by name."""
+        return {name: by for name, by in self.measure(pair).items() if by > 0.0}
+
+    def judge(self, scenario: Scenario, *, twice: bool = True) -> Judgement:
+        """Checks a run of a scenario.
+
+        Args:
+            scenario: Scenario to simulate.
+            twice: Whether to simulate it again, with an output of 10 kHz.
+        """
+        plain, held = simulate_with_torques(scenario)
+        finer = with_values(scenario, {"simulation.output_rate": FINE_RATE})
+        fine = simulate_with_torques(finer)[0] if twice else None
+        return Judgement(plain.outcome.value, self.find_missed(Pair(plain, held, fine)))
+
+
+def common_missed(pair: Pair, same: float = VELOCITY_JUMP) -> dict[str, float]:
+    """Deviations of the checks that need neither forces nor energies.
 
     Args:
-        plain: The run.
-        fine: The same run with an output of 10 kHz, if any.
+        pair: The run.
         same: Allowed difference of equal velocities, relative to 1 m/s and the velocity.
     """
-    runs = (plain,) if fine is None else (plain, fine)
+    (plain, _, fine), runs = pair, pair.runs
     return {
         "stall": max(map(stalled, runs)),
         "rate": 0.0 if fine is None or _same_course(plain, fine) else 1.0,
@@ -126,17 +140,6 @@ def common_missed(
         "metrics": 0.0 if _same_metrics(plain, fine) and all(map(_metrics_hold, runs)) else 1.0,
         "completed": max(map(ends_wrongly, runs)),
     }
-
-
-def simulate_runs(
-    scenario: Scenario, *, twice: bool
-) -> tuple[RunResult, RunResult | None, np.ndarray]:
-    """The run, the same with an output of 10 kHz if requested, and the torques at its end."""
-    plain, held = simulate_with_torques(scenario)
-    if not twice:
-        return plain, None, held
-    fine, _ = simulate_with_torques(with_values(scenario, {"simulation.output_rate": FINE_RATE}))
-    return plain, fine, held
 
 
 def simulate_with_torques(scenario: Scenario) -> tuple[RunResult, np.ndarray]:
@@ -254,6 +257,8 @@ def velocity_jump(trace: Trace, same: float | np.ndarray = VELOCITY_JUMP) -> flo
 def _metrics_hold(run: RunResult) -> bool:
     """Whether every metric agrees with the trace, or exceeds it if extremes are between rows."""
     trace, metrics = run.trace, run.metrics
+    # A path and its slips are separate integrals.
+    integrals = TOLERANCES * run.scenario.simulation.relative_tolerance
     slips = trace.phase != ContactPhase.STICK
     begins_twice = len(trace) > 1 and trace.times[1] == trace.times[0]
     margins = np.where(slips, np.inf, trace.friction_margin)[int(begins_twice) :]
@@ -263,7 +268,7 @@ def _metrics_hold(run: RunResult) -> bool:
     return (
         _reaches(metrics.peak_normal_force, trace.normal_force.max(axis=0))
         and _reaches(margins.min(axis=0, initial=np.inf), least)
-        and _reaches(metrics.slip_path, _slip_paths(trace), _share_of_paths(run))
+        and _reaches(metrics.slip_path, _slip_paths(trace), max(SAME_METRIC, integrals))
         and _reaches([last_slip], [late.max(initial=-np.inf)])
         and metrics.slipping_at_end == bool(slips[-1].any())
         and metrics.final_tracking_error == tuple(trace.tracking_error[-1].tolist())
@@ -276,11 +281,6 @@ def _slip_paths(trace: Trace) -> np.ndarray:
     tangents = trace.shape.space.num_tangents
     ways = np.diff(trace.slip, axis=0).reshape(len(trace) - 1, trace.phase.shape[1], tangents)
     return np.linalg.norm(ways, axis=2).sum(axis=0)
-
-
-def _share_of_paths(run: RunResult) -> float:
-    """Allowed deficit, relative to 1 m and a path: path and slips are separate integrals."""
-    return max(SAME_METRIC, TOLERANCES * run.scenario.simulation.relative_tolerance)
 
 
 def _reaches(upper: ArrayLike, lower: ArrayLike, share: float = SAME_METRIC) -> bool:
@@ -313,11 +313,6 @@ def ends_wrongly(run: RunResult) -> float:
     return 0.0 if agree and np.all(np.isfinite(run.trace.to_rows())) else 1.0
 
 
-def _has_answer(run: RunResult, held: np.ndarray) -> float:
-    """1 if a run ends as inconsistent although consistent phases exist."""
-    return float(run.outcome is Outcome.INCONSISTENT and any(_answers(run, held)))
-
-
 def _need_not_open(run: RunResult, held: np.ndarray) -> float:
     """1 if a jump certainly ends a run as separated although the contact need not open, or cannot.
 
@@ -325,24 +320,28 @@ def _need_not_open(run: RunResult, held: np.ndarray) -> float:
     """
     if run.outcome is not Outcome.SEPARATED or run.reason is None or run.reason.value is not None:
         return 0.0
-    from tests.references.instant import is_sampled_at_end
-    from tests.references.open_contacts import OPEN
-
     contact = run.reason.contact
     if contact is None:
         return 1.0
     if is_sampled_at_end(run):
-        if any(OPEN not in sure.phases for sure in _answers(run, held)):
+        if any(OPEN not in sure.phases for sure in answers_at_end(run, held, beyond_doubt=True)):
             return 1.0
     elif any(change.time == run.end_time for change in run.scenario.changes):
         # After a timed change, continuous control gives a torque that is in no row.
         return 0.0
-    possible = _answers(run, held, beyond_doubt=False)
+    possible = answers_at_end(run, held, beyond_doubt=False)
     return float(all(answer.phases[contact] != OPEN for answer in possible))
 
 
-def _answers(run: RunResult, held: np.ndarray, *, beyond_doubt: bool = True) -> Iterator[Answer]:
-    """Consistent phases at the end of a run, by code that is independent of the kernel."""
-    from tests.references.instant import answers_at_end
+def _measure(pair: Pair) -> dict[str, float]:
+    run, held, _ = pair
+    answers = answers_at_end(run, held, beyond_doubt=True)
+    return common_missed(pair) | {
+        "cone": max(map(_outside_cone, pair.runs)),
+        "ledger": max(ledger_error(each.trace) for each in pair.runs),
+        "inconsistent": float(run.outcome is Outcome.INCONSISTENT and any(answers)),
+        "separated": _need_not_open(run, held),
+    }
 
-    return answers_at_end(run, held, beyond_doubt=beyond_doubt)
+
+PLANAR = Judge(CHECKS, _measure)

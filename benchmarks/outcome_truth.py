@@ -79,7 +79,8 @@ def compare(scenario: Scenario, number: int = 0) -> Comparison:
         number: Index of the draw.
     """
     truth = simulate(_at(scenario, TIGHT))
-    known = _is_well_conditioned(truth) and all(
+    conditions = truth.trace.inertia_condition, truth.trace.estimated_inertia_condition
+    known = max(float(np.max(each)) for each in conditions) < CONDITION and all(
         max(_differences(simulate(other), truth).values()) <= SETTLED
         for other in (_at(scenario, TIGHTER), _at(scenario, TIGHT, NUDGE))
     )
@@ -119,26 +120,17 @@ def _at(scenario: Scenario, tolerances: tuple[float, float], nudge: float = 0.0)
     return with_values(scenario, values)
 
 
-def _is_well_conditioned(run: RunResult) -> bool:
-    conditions = run.trace.inertia_condition, run.trace.estimated_inertia_condition
-    return max(float(np.max(condition)) for condition in conditions) < CONDITION
-
-
 def _differences(run: RunResult, truth: RunResult) -> dict[str, float]:
     """Deviations of a run from its true result, in limits."""
     paths, true_paths = np.array(run.metrics.slip_path), np.array(truth.metrics.slip_path)
     allowed = np.maximum(SHARE * true_paths, SLIP)
+    # At the instants that both traces have, and at the end if both end at about the same time.
+    _, own, true = np.intersect1d(run.trace.times, truth.trace.times, return_indices=True)
+    poses, true_poses = run.trace.object_pose, truth.trace.object_pose
+    off = np.abs(poses[np.append(own, -1)] - true_poses[np.append(true, -1)])
     return {
         "outcome": 0.0 if run.outcome is truth.outcome else np.inf,
         "end": abs(run.end_time - truth.end_time) / max(SHARE * truth.end_time, 1e-9),
         "slip": float(np.max(np.abs(paths - true_paths) / allowed)),
-        "pose": _pose_difference(run, truth),
+        "pose": float(np.max(off / POSE)),
     }
-
-
-def _pose_difference(run: RunResult, truth: RunResult) -> float:
-    """At the instants that both traces have, and at the end if both end at about the same time."""
-    _, own, true = np.intersect1d(run.trace.times, truth.trace.times, return_indices=True)
-    own, true = np.append(own, -1), np.append(true, -1)
-    off = np.abs(run.trace.object_pose[own] - truth.trace.object_pose[true])
-    return float(np.max(off / POSE))

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from importlib import import_module
 from typing import NamedTuple
 
-from benchmarks.outcome_checks import CHECKS, Check, Judgement, judge_run
+from benchmarks.outcome_checks import PLANAR, Check, Judge, Judgement
 from benchmarks.outcome_truth import QUANTITIES, compare, measure_truth
 from benchmarks.random_runs import (
     IN_SPACE,
@@ -38,15 +38,10 @@ from slipgrasp.core.scenario.loading import scenario_to_toml
 COUNT = 20_000
 ON_THEIR_BOUNDS = 2_000  # further runs
 SEED = 14
-JUDGED_BY = {
-    PAIRS_IN_SPACE: "hands_in_space",
-    IN_SPACE: "hands_in_space",
-    SOFT_GRASPS: "soft_grasps",
+# Those modules import this one.
+JUDGED_BY = dict.fromkeys((PAIRS_IN_SPACE, IN_SPACE), "hands_in_space") | {
+    SOFT_GRASPS: "soft_grasps"
 }
-
-
-Judge = Callable[..., Judgement]
-"""A function like `benchmarks.outcome_checks.judge_run`."""
 
 
 class Campaign(NamedTuple):
@@ -55,11 +50,13 @@ class Campaign(NamedTuple):
     Attributes:
         population: One of `benchmarks.random_runs.POPULATIONS`.
         seed: Seed of the draws.
+        checks: The checks by name.
         judgements: Results of the checks, by index.
     """
 
     population: str
     seed: int
+    checks: Mapping[str, Check]
     judgements: list[Judgement]
 
     def failures(self, check: str) -> dict[int, float]:
@@ -77,37 +74,28 @@ def run(seed: int = SEED) -> list[Table]:
     return [*tabulate(campaigns), measure_truth(seed)]
 
 
-def judge_many(
-    population: str,
-    count: int,
-    seed: int,
-    judge: Judge = judge_run,
-) -> Campaign:
+def judge_many(population: str, count: int, seed: int, judge: Judge = PLANAR) -> Campaign:
     """Draws and checks runs.
 
     Args:
         population: One of `benchmarks.random_runs.POPULATIONS`.
         count: Number of runs, from index 0.
         seed: Seed of the draws.
-        judge: A function that other processes can import.
+        judge: The checks of these runs.
     """
     judgements = in_processes(partial(_judge, population, seed, judge), count)
     judged = reported(judgements, count, population, lambda judgement: bool(judgement.missed))
-    return Campaign(population, seed, list(judged))
+    return Campaign(population, seed, judge.checks, list(judged))
 
 
-def tabulate(
-    campaigns: Sequence[Campaign],
-    part: str = "outcomes",
-    checks: Mapping[str, Check] = CHECKS,
-) -> list[Table]:
+def tabulate(campaigns: Sequence[Campaign], part: str = "outcomes") -> list[Table]:
     """Number of failures of each check, and outcomes of the runs.
 
     Args:
-        campaigns: Runs checked by these checks.
+        campaigns: Runs with the same checks.
         part: Name of the first table; the second one ends in ``-endings``.
-        checks: The checks by name.
     """
+    checks = campaigns[0].checks
     heads = ["violation"]
     for campaign in campaigns:
         heads += [f"{campaign.population}: of {len(campaign.judgements)}", "worst"]
@@ -123,14 +111,14 @@ def tabulate(
     )
     names = (campaign.population for campaign in campaigns)
     return [
-        Table(part, tuple(heads), rows, (_outcome(campaigns, checks),), "verification.md"),
+        Table(part, tuple(heads), rows, (_outcome(campaigns),), "verification.md"),
         Table(f"{part}-endings", ("outcome", *names), endings, page="verification.md"),
     ]
 
 
 def _judge(population: str, seed: int, judge: Judge, index: int) -> Judgement:
     """Checks a run, every second one also with a finer output."""
-    return judge(draw(population, seed, index), twice=index % 2 == 0)
+    return judge.judge(draw(population, seed, index), twice=index % 2 == 0)
 
 
 def _cells(campaign: Campaign, name: str, check: Check) -> tuple[str, str]:
@@ -139,9 +127,9 @@ def _cells(campaign: Campaign, name: str, check: Check) -> tuple[str, str]:
     return str(len(failures)), worst
 
 
-def _outcome(campaigns: Sequence[Campaign], checks: Mapping[str, Check]) -> str:
-    counts = {check: sum(len(c.failures(check)) for c in campaigns) for check in checks}
-    missed = sum(count > 0 for count in counts.values())
+def _outcome(campaigns: Sequence[Campaign]) -> str:
+    checks = campaigns[0].checks
+    missed = sum(any(campaign.failures(check) for campaign in campaigns) for check in checks)
     outcome = f"Missed in {missed} of {len(checks)} checks" if missed else "Met"
     return f"Target: no violations. {outcome} (seed {campaigns[0].seed})."
 
@@ -155,14 +143,14 @@ def main() -> None:
     options = parser.parse_args()
     prepare_kernel()
     scenario = draw(options.population, options.seed, options.index)
-    # Those modules import this one.
-    module = import_module(f"benchmarks.{JUDGED_BY.get(options.population, 'outcome_checks')}")
-    judgement = module.judge_run(scenario)
+    module = JUDGED_BY.get(options.population)
+    judge = import_module(f"benchmarks.{module}").JUDGE if module else PLANAR
+    judgement = judge.judge(scenario)
     print(scenario_to_toml(scenario))
     print(f"# {judgement.outcome}")
     for name, by in judgement.missed.items():
-        print(f"# {module.CHECKS[name].text}: {by:g} {module.CHECKS[name].unit}".rstrip())
-    if module.judge_run is judge_run:
+        print(f"# {judge.checks[name].text}: {by:g} {judge.checks[name].unit}".rstrip())
+    if judge is PLANAR:
         comparison = compare(scenario)
         for name, by in comparison.differences.items():
             if comparison.known and by > 1.0:

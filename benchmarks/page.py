@@ -11,7 +11,7 @@ import numpy as np
 from playwright.sync_api import Browser, Page
 
 from benchmarks.browser import STARTED, new_page, open_browser
-from benchmarks.report import Table
+from benchmarks.report import Table, table_of_rows
 from benchmarks.study import write_study
 from slipgrasp.core.executors import make_executor
 from slipgrasp.core.run.simulator import simulate
@@ -29,35 +29,11 @@ MAPPED = "paper-case-1"
 PAGE = "page.md"
 FIRST_TARGET, SLIDER_TARGET, SIZE_TARGET = 3.0, 100.0, 1.4
 
-# Time in the page from a key press on the slider of the mass until its run is drawn.
-_MOVE = """async (key) => {
-  const slider = document.querySelector("[role=slider]");
-  const root = document.documentElement, before = root.dataset.sgSha256;
-  slider.focus();
-  // Observed, because a timer may notice the run only after the frame that shows it.
-  const arrived = new Promise((next) => {
-    const observer = new MutationObserver(() => {
-      if (root.dataset.sgSha256 === before) return;
-      observer.disconnect();
-      next();
-    });
-    observer.observe(root, { attributeFilter: ["data-sg-sha256"] });
-  });
-  const start = performance.now();
-  slider.dispatchEvent(new KeyboardEvent("keydown", { key, code: key, bubbles: true }));
-  await arrived;
-  await new Promise((next) => requestAnimationFrame(() => setTimeout(next)));
-  return performance.now() - start;
-}"""
-# Content of the map: the category of each cell.
-CELLS_OF_MAP = r"""() => {
-  const found = [];
-  for (const rect of document.querySelectorAll("rect[data-sg-intent]")) {
-    const category = rect.parentElement.getAttribute("fill").match(/sg-way-(\d+)/)[1];
-    found[JSON.parse(rect.dataset.sgIntent).cell] = Number(category);
-  }
-  return found;
-}"""
+SLIDER, CELLS_OF_MAP = (
+    Path(__file__).with_name(f"page_{name}.js").read_text(encoding="utf-8")
+    for name in ("slider", "map")
+)
+"""Scripts that time a move of the slider, and read the cells of a map."""
 
 
 def run() -> list[Table]:
@@ -67,7 +43,7 @@ def run() -> list[Table]:
 
 def measure_pages(rounds: int = 3, moves: int = 20) -> Table:
     """Sizes and times of the pages of some presets; each has the hash of its native run."""
-    rows = []
+    rows = {}
     with tempfile.TemporaryDirectory() as folder, open_browser() as browser:
         for name in SCENARIOS:
             scenario = load_scenario(name)
@@ -76,17 +52,19 @@ def measure_pages(rounds: int = 3, moves: int = 20) -> Table:
                 write_page(result, stream, usual_controls(scenario))
             opened = [_measure(browser, file, result.sha256, moves) for _ in range(rounds)]
             firsts, computing, latencies = zip(*opened, strict=True)
-            middle, most = np.percentile(latencies, (50, 95))
-            times = (f"{np.median(firsts):.1f}", f"{np.median(computing):.1f}")
-            size = f"{file.stat().st_size / 1e6:.2f}"
-            rows.append((name, size, *times, f"{middle:.0f}", f"{most:.0f}"))
+            rows[name] = {
+                "MB": f"{file.stat().st_size / 1e6:.2f}",
+                "first picture [s]": f"{np.median(firsts):.1f}",
+                "run [ms]": f"{np.median(computing):.1f}",
+                "slider, median [ms]": f"{np.median(latencies):.0f}",
+                "p95 [ms]": f"{np.percentile(latencies, 95):.0f}",
+            }
     note = (
         "1440 x 900 at half resolution, without a graphics card, hashes equal to those of native "
         f"runs. Targets: {SIZE_TARGET} MB, first picture {FIRST_TARGET:g} s, planar sliders "
         f"{SLIDER_TARGET:g} ms."
     )
-    heads = ("page", "MB", "first picture [s]", "run [ms]", "slider, median [ms]", "p95 [ms]")
-    return Table("page", heads, tuple(rows), (note,), PAGE)
+    return table_of_rows("page", "page", rows, note, page=PAGE)
 
 
 def _measure(
@@ -101,7 +79,7 @@ def _measure(
     found = []
     for index in range(moves):
         page.wait_for_timeout(250)
-        found.append(page.evaluate(_MOVE, "ArrowRight" if index % 8 < 4 else "ArrowLeft"))
+        found.append(page.evaluate(SLIDER, "ArrowRight" if index % 8 < 4 else "ArrowLeft"))
     page.context.close()
     return first, float(computing), found
 
@@ -149,13 +127,8 @@ def measure_map(side: int = 50) -> Table:
 
 def _study_of(scenario: Scenario, side: int, across: Control, up: Control) -> Study:
     """The runs of the cells of a map, in the order of the cells."""
-
-    def middle(control: Control, k: int) -> float:
-        return control.low + (k + 0.5) * (control.high - control.low) / side
-
-    runs = [
-        {across.key: middle(across, k % side), up.key: middle(up, k // side)}
-        for k in range(side**2)
-    ]
+    middles = np.arange(side) + 0.5
+    ys, xs = (c.low + middles * (c.high - c.low) / side for c in (up, across))
+    runs = [{across.key: x, up.key: y} for y in ys.tolist() for x in xs.tolist()]
     document = {"base": MAPPED, "recordings": "none", "sampling": {"method": "list"}, "runs": runs}
     return study_from_mapping(document, lambda _: scenario)

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import platform
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,6 +14,7 @@ from llvmlite import binding
 from benchmarks.engines import Chromium, Engine, TimedWasmtime
 from benchmarks.portable_runs import all_hashes
 from benchmarks.preset_hashes import tabulate_presets
+from benchmarks.processes import run_module
 from benchmarks.report import PORTABILITY, Table
 from benchmarks.wasm_speed import compare_engines
 from slipgrasp.core.kernel.compilation.compiler import entered_by
@@ -27,12 +25,14 @@ from tests.ensure_programs import find_chromium
 
 NATIVE = "this processor"
 _DIGITS = 12
-_X86 = platform.machine() in ("x86_64", "AMD64")
 
 
 def run() -> list[Table]:
     """The tables ``portability``, ``preset-hashes`` and ``webassembly``."""
-    hashes = {name: _hashes_under(values) for name, values in _code_variants().items()}
+    hashes: dict[str, dict[str, str]] = {
+        name: json.loads(run_module("benchmarks.portable_runs", variables=values))
+        for name, values in _code_variants().items()
+    }
     with tempfile.TemporaryDirectory() as folder, _webassembly(Path(folder)) as engines:
         for name, engine in engines.items():
             with entered_by(engine.enter):
@@ -49,9 +49,9 @@ def tabulate(hashes: dict[str, dict[str, str]]) -> Table:
     first, *others = hashes.values()
     rows = []
     for case, value in first.items():
-        own = value[:_DIGITS]
         found = (other.get(case, "–") for other in others)
-        rows.append((case, own, *("same" if f == value else f[:_DIGITS] for f in found)))
+        others_of_case = ("same" if each == value else each[:_DIGITS] for each in found)
+        rows.append((case, value[:_DIGITS], *others_of_case))
     different = sum(value != first[case] for other in others for case, value in other.items())
     total = sum(map(len, others))
     note = (
@@ -67,35 +67,15 @@ def _code_variants() -> dict[str, dict[str, str]]:
     features = binding.get_host_cpu_features()
     without_fma = [name for name in features if not name.startswith(("fma", "avx512"))]
     without_avx = [name for name in without_fma if not name.startswith(("avx", "f16c", "v", "xop"))]
-    variants = {NATIVE: {}, "generic code": _for_processor("x86-64" if _X86 else "generic", "")}
-    if features.get("fma"):
-        own = binding.get_host_cpu_name()
-        variants["without FMA"] = _for_processor(own, _features(features, without_fma))
-        variants["without FMA, AVX"] = _for_processor(own, _features(features, without_avx))
+    own = binding.get_host_cpu_name()
+    generic = "x86-64" if platform.machine() in ("x86_64", "AMD64") else "generic"
+    variants = {NATIVE: {}, "generic code": {"NUMBA_CPU_NAME": generic, "NUMBA_CPU_FEATURES": ""}}
+    kept = {"without FMA": without_fma, "without FMA, AVX": without_avx}
+    for words, names in kept.items() if features.get("fma") else ():
+        signs = {name: "+" if features[name] and name in names else "-" for name in features}
+        listed = ",".join(f"{signs[name]}{name}" for name in sorted(signs))
+        variants[words] = {"NUMBA_CPU_NAME": own, "NUMBA_CPU_FEATURES": listed}
     return variants
-
-
-def _for_processor(name: str, features: str) -> dict[str, str]:
-    return {"NUMBA_CPU_NAME": name, "NUMBA_CPU_FEATURES": features}
-
-
-def _features(present: dict[str, bool], kept: list[str]) -> str:
-    """The features of this processor, with all others switched off."""
-    return ",".join(
-        f"{'+' if there and name in kept else '-'}{name}" for name, there in sorted(present.items())
-    )
-
-
-def _hashes_under(variables: dict[str, str]) -> dict[str, str]:
-    """All hashes, from a process with a separate environment."""
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.portable_runs"],
-        env=os.environ | variables,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return json.loads(done.stdout)
 
 
 @contextmanager

@@ -1,88 +1,72 @@
-"""Memory and processor time of a process and its descendants, while it works (Linux)."""
+"""Memory and processor time of processes (Linux), samples of them, and background threads."""
 
 from __future__ import annotations
 
 import os
 import re
+import subprocess
+import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Generic, NamedTuple, Self, TypeVar
+from typing import TypeVar
 
-_PERIOD = 0.25
-_PROC = Path("/proc")
-
+_PROC, _ROOT = Path("/proc"), Path(__file__).parents[1]
 
 S = TypeVar("S")
 
 
-class Sample(NamedTuple):
-    """Memory at one instant.
+@contextmanager
+def background_threads(*works: Callable[[threading.Event], object]) -> Iterator[None]:
+    """A context with functions in threads; its end waits for them, and raises their errors.
 
-    Attributes:
-        progress: Progress of the work.
-        memory: Of all processes together, shared pages counted once [B].
+    Args:
+        *works: The functions; the event that they get is set at the end of the context.
     """
+    ended = threading.Event()
+    with ThreadPoolExecutor(len(works)) as pool:
+        threads = [pool.submit(work, ended) for work in works]
+        try:
+            yield
+        finally:
+            ended.set()
+    for thread in threads:
+        thread.result()
 
-    progress: float
-    memory: int
 
-
-class Watch(Generic[S]):
-    """Takes samples in a separate thread inside its ``with`` block.
+@contextmanager
+def watch(look: Callable[[], S], period: float) -> Iterator[list[S]]:
+    """A context with samples that are taken in a separate thread.
 
     Args:
         look: Returns a present sample.
         period: Sampling interval [s].
-
-    Attributes:
-        look: The same function.
-        samples: The samples so far.
     """
+    samples: list[S] = []
 
-    def __init__(self, look: Callable[[], S], period: float) -> None:
-        self.samples: list[S] = []
-        self.look, self._period = look, period
-        self._ended = threading.Event()
-        self._thread = ThreadPoolExecutor(1)
+    def take_samples(ended: threading.Event) -> None:
+        samples.append(look())
+        while not ended.wait(period):
+            samples.append(look())
 
-    def __enter__(self) -> Self:
-        self._watching = self._thread.submit(self._watch)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._ended.set()
-        self._watching.result()
-        self._thread.shutdown()
-
-    def _watch(self) -> None:
-        while True:
-            self.samples.append(self.look())
-            if self._ended.wait(self._period):
-                return
+    with background_threads(take_samples):
+        yield samples
 
 
-class MemoryWatch(Watch[Sample]):
-    """Samples the memory of a process and its descendants.
+def run_module(name: str, *arguments: str, variables: Mapping[str, str] | None = None) -> str:
+    """Output of a module of this project in a separate process.
 
-    Attributes:
-        progress: Progress of the work, as reported by the worker.
+    Args:
+        name: Its name.
+        *arguments: Arguments of its command line.
+        variables: Variables of the environment in addition to those of this process.
     """
-
-    def __init__(self, process: int) -> None:
-        def look() -> Sample:
-            progress = self.progress
-            return Sample(progress, sum(map(memory_of, family_of(process))))
-
-        super().__init__(look, _PERIOD)
-        self.progress = 0.0
-
-    @property
-    def peak(self) -> int:
-        """Peak memory so far [B]."""
-        return max(sample.memory for sample in self.samples)
+    command, given = [sys.executable, "-m", name, *arguments], os.environ | dict(variables or {})
+    return subprocess.run(
+        command, check=True, stdout=subprocess.PIPE, text=True, cwd=_ROOT, env=given
+    ).stdout
 
 
 def family_of(process: int) -> list[int]:

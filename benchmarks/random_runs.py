@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from functools import partial
 from multiprocessing import get_context
 from random import Random
 from typing import TypeVar
@@ -15,6 +14,10 @@ from slipgrasp.core.executors.worker import NICENESS
 from slipgrasp.core.run.simulator import prepare_kernel
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from tests.core.drawn_hands_in_space import draw_hand_in_space
+from tests.core.drawn_pairs import draw_in_pairs
+from tests.core.drawn_scenarios import AtEnds, draw_kind, draw_scenario
+from tests.core.drawn_soft_grasps import draw_soft_grasp
 
 AT_ENDS, ON_BOUNDS, ANYWHERE = "any, at the ends of ranges", "theorem 4, on its bounds", "any"
 IN_SPACE = "in space, at the ends of ranges"
@@ -79,22 +82,6 @@ def _begin() -> None:
     prepare_kernel()
 
 
-def _in_pairs(spatial: bool, seed: int, index: int) -> Scenario:
-    """All settings, so that every pair of their levels occurs."""
-    from tests.core.drawn_pairs import draw_in_pairs
-
-    return draw_in_pairs(seed, index, spatial=spatial).scenario
-
-
-def _drawn(at_ends: bool, seed: int, index: int) -> Scenario:
-    """Any law, motion, outline, push, patch, imperfection; perhaps at the ends of ranges."""
-    from tests.core.drawn_scenarios import AtEnds, draw_kind, draw_scenario
-
-    name = f"{seed} {index}"
-    kind = draw_kind(Random(f"kind {name}"))
-    return draw_scenario(kind, name, AtEnds) if at_ends else draw_scenario(kind, name)
-
-
 def _on_bounds(seed: int, index: int) -> Scenario:
     """The hand of case II and an unknown object within physical bounds.
 
@@ -124,27 +111,19 @@ def _on_bounds(seed: int, index: int) -> Scenario:
     )
 
 
-def _in_space(seed: int, index: int) -> Scenario:
-    """Spatial hands with two to four fingers, cone or pyramid, at the ends of their ranges."""
-    from tests.core.drawn_hands_in_space import draw_hand_in_space
-    from tests.core.drawn_scenarios import AtEnds
-
-    return draw_hand_in_space(f"{seed} {index}", AtEnds)
-
-
-def _soft_grasps(seed: int, index: int) -> Scenario:
-    """Spatial hands of every kind of finger, with soft fingertips."""
-    from tests.core.drawn_soft_grasps import draw_soft_grasp
-
-    return draw_soft_grasp(f"{seed} {index}")
+def _anywhere(seed: int, index: int, *ends: type[AtEnds]) -> Scenario:
+    """Any law, motion, outline, push, patch, imperfection; perhaps at the ends of ranges."""
+    name = f"{seed} {index}"
+    return draw_scenario(draw_kind(Random(f"kind {name}")), name, *ends)
 
 
 POPULATIONS: dict[str, Callable[[int, int], Scenario]] = {
-    PAIRS: partial(_in_pairs, False),
-    PAIRS_IN_SPACE: partial(_in_pairs, True),
-    AT_ENDS: partial(_drawn, True),
+    PAIRS: lambda *place: draw_in_pairs(*place, spatial=False).scenario,
+    PAIRS_IN_SPACE: lambda *place: draw_in_pairs(*place, spatial=True).scenario,
+    AT_ENDS: lambda *place: _anywhere(*place, AtEnds),
     ON_BOUNDS: _on_bounds,
-    ANYWHERE: partial(_drawn, False),
-    IN_SPACE: _in_space,
-    SOFT_GRASPS: _soft_grasps,
+    ANYWHERE: _anywhere,
+    IN_SPACE: lambda *place: draw_hand_in_space("{} {}".format(*place), AtEnds),
+    SOFT_GRASPS: lambda *place: draw_soft_grasp("{} {}".format(*place)),
 }
+"""Draws by a seed and an index."""

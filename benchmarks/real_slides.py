@@ -13,6 +13,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 Floats = NDArray[np.float64]
 
@@ -68,19 +69,21 @@ def read_slides(folder: Path) -> list[Slide]:
     return [slide for path in files for slide in cut_slides(int(path.stem), read_tensor(path))]
 
 
+_KNOWN: dict[tuple[str, str], Any] = {
+    ("torch._utils", "_rebuild_tensor_v2"): lambda *parts: parts[:4],
+    ("torch", "DoubleStorage"): "double",
+    ("collections", "OrderedDict"): dict,
+}
+
+
 class _Unpickler(pickle.Unpickler):
     """Reads a tensor without torch, without executing anything named in a file."""
 
     def find_class(self, module: str, name: str) -> Any:
         """The few names required by a tensor of doubles."""
-        known = {
-            ("torch._utils", "_rebuild_tensor_v2"): lambda *parts: parts[:4],
-            ("torch", "DoubleStorage"): "double",
-            ("collections", "OrderedDict"): dict,
-        }
-        if (module, name) not in known:
+        if (module, name) not in _KNOWN:
             raise ValueError(f"it names {module}.{name}, which no tensor of doubles does")
-        return known[module, name]
+        return _KNOWN[module, name]
 
     def persistent_load(self, pid: Any) -> Any:
         """The description of a storage: its kind, type, key, place and size."""
@@ -128,7 +131,7 @@ def cut_slides(toss: int, states: Floats) -> list[Slide]:
 
 def _lies_flat(states: Floats) -> NDArray[np.bool_]:
     """True if the cube lies on a face and does not roll or rise."""
-    axes = np.abs(_vertical_in_body(states[:, 3:7])).max(axis=1)
+    axes = np.abs(_rotations(states).inv().apply([0.0, 0.0, 1.0])).max(axis=1)
     height = np.abs(states[:, 2] - 1.0) * HALF_WIDTH
     roll = np.hypot(states[:, 10], states[:, 11])
     rise = np.abs(states[:, 9]) * HALF_WIDTH
@@ -136,10 +139,8 @@ def _lies_flat(states: Floats) -> NDArray[np.bool_]:
     return is_level & (roll < MOST_ROLL) & (rise < MOST_RISE)
 
 
-def _vertical_in_body(quaternions: Floats) -> Floats:
-    """The vertical in axes of the body: the last row of the rotation matrix."""
-    w, x, y, z = quaternions.T
-    return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x**2 + y**2)], axis=1)
+def _rotations(states: Floats) -> Rotation:
+    return Rotation.from_quat(states[:, 3:7], scalar_first=True)
 
 
 def _slide(toss: int, states: Floats) -> Slide | None:
@@ -148,26 +149,15 @@ def _slide(toss: int, states: Floats) -> Slide | None:
     moving = np.hypot(*velocity.T) > LEAST_SPEED
     if moving.sum() < LEAST_SAMPLES or not moving[:LEAST_SAMPLES].all():
         return None
+    # Its axis is vertical, since the cube lies flat.
+    turns = _rotations(states) * _rotations(states[:1]).inv()
+    *_, z, w = turns.as_quat().T
     return Slide(
         toss=toss,
         times=np.arange(len(states)) / RATE,
         position=states[:, :2] * HALF_WIDTH,
-        yaw=_yaw(states[:, 3:7]),
+        yaw=np.unwrap(2.0 * np.arctan2(z, w)),
         velocity=velocity,
         spin=states[:, 12].copy(),
         rests=bool(not moving[-3:].any()),
     )
-
-
-def _yaw(quaternions: Floats) -> Floats:
-    """Angle about the vertical of the rotation since the first sample."""
-    first = quaternions[0] * np.array([1.0, -1.0, -1.0, -1.0])
-    w, z = _product_w_z(quaternions, first)
-    return np.unwrap(2.0 * np.arctan2(z, w))
-
-
-def _product_w_z(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Components w and z of the products of quaternions a (rows) and b."""
-    w = a[:, 0] * b[0] - a[:, 1] * b[1] - a[:, 2] * b[2] - a[:, 3] * b[3]
-    z = a[:, 0] * b[3] + a[:, 1] * b[2] - a[:, 2] * b[1] + a[:, 3] * b[0]
-    return w, z

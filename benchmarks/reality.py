@@ -6,15 +6,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares, minimize, minimize_scalar
 
 from benchmarks.real_slides import Floats, Slide, read_slides
-from benchmarks.report import Table
+from benchmarks.report import Table, table_of_rows
 from benchmarks.slide_models import MODELS, UNIFORM_RADIUS, Model, stop_distance
 
 PAGE = "reality.md"
@@ -31,16 +31,14 @@ START_FRICTION, START_RADIUS = 0.21, 0.036
 LARGEST_RADIUS = 0.1
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Fitted:
+class Fitted(NamedTuple):
     """One friction and one radius for all slides."""
 
     friction: float
     radius: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Prediction:
+class Prediction(NamedTuple):
     """Errors of one slide that was not fitted.
 
     Attributes:
@@ -61,11 +59,8 @@ def run(data: Path | None = None, seed: int = SEED) -> list[Table]:
     slides = read_slides(data)
     resting = [slide for slide in slides if slide.rests]
     fitted, held_out = halves(resting, seed)
-    return [
-        _plain(slides, resting),
-        _models(fitted, held_out),
-        _radius([slide for slide in slides if spins(slide)]),
-    ]
+    spinning = [slide for slide in slides if spins(slide)]
+    return [_plain(slides, resting), _models(fitted, held_out), _radius(spinning)]
 
 
 def halves(slides: Sequence[Slide], seed: int) -> tuple[list[Slide], list[Slide]]:
@@ -102,35 +97,32 @@ def residuals(
     return (apart / [SIGMA_POSITION, SIGMA_POSITION, SIGMA_YAW]).ravel()
 
 
-def start_of(slide: Slide) -> Floats:
-    """Velocity and spin at the first sample as the authors derived them."""
-    return np.array([*slide.velocity[0], slide.spin[0]])
-
-
-def fit_start(
-    slide: Slide, model: Model, friction: float, radius: float, samples: int | None = None
+def fit_slide(
+    slide: Slide,
+    model: Model,
+    radius: float,
+    friction: float | None = None,
+    samples: int | None = None,
 ) -> tuple[Floats, float]:
-    """The start that fits a slide, or its first samples, and chi-squared per degree of freedom."""
+    """The start that fits a slide, or its first samples, and chi-squared per degree of freedom.
+
+    The start is followed by the friction if none is given.
+    """
     count = len(slide.times) if samples is None else min(samples, len(slide.times))
-
-    def apart(start: Floats) -> Floats:
-        return residuals(slide, model, start, friction, radius, count)
-
-    found = least_squares(apart, start_of(slide), diff_step=1e-4, x_scale=[0.1, 0.1, 1.0])
-    # Three numbers of the start, three offsets.
-    return found.x, 2.0 * float(found.cost) / (3 * count - 6)
-
-
-def fit_friction(slide: Slide, model: Model, radius: float) -> tuple[float, float]:
-    """The friction of one slide, and its chi-squared per degree of freedom."""
+    # As the authors derived it.
+    start = [*slide.velocity[0], slide.spin[0]]
+    first = start if friction is not None else [*start, START_FRICTION]
+    free = len(first)
 
     def apart(values: Floats) -> Floats:
-        return residuals(slide, model, values[:3], values[3], radius, len(slide.times))
+        chosen = float(values[3]) if friction is None else friction
+        return residuals(slide, model, values[:3], chosen, radius, count)
 
-    first = np.array([*start_of(slide), START_FRICTION])
-    limits = ([-np.inf, -np.inf, -np.inf, 0.01], [np.inf, np.inf, np.inf, 1.0])
-    found = least_squares(apart, first, diff_step=1e-4, x_scale=[0.1, 0.1, 1.0, 0.1], bounds=limits)
-    return float(found.x[3]), 2.0 * float(found.cost) / (3 * len(slide.times) - 7)
+    limits = ([-np.inf, -np.inf, -np.inf, 0.01][:free], [np.inf, np.inf, np.inf, 1.0][:free])
+    scale = [0.1, 0.1, 1.0, 0.1][:free]
+    found = least_squares(apart, first, diff_step=1e-4, x_scale=scale, bounds=limits)
+    # Three offsets are fitted too.
+    return found.x, 2.0 * float(found.cost) / (3 * count - 3 - free)
 
 
 def fit_all(slides: Sequence[Slide], model: Model, *, with_radius: bool) -> Fitted:
@@ -143,29 +135,25 @@ def fit_all(slides: Sequence[Slide], model: Model, *, with_radius: bool) -> Fitt
     def misfit(friction: float, radius: float) -> float:
         if not (0.02 < friction < 1.0 and 1e-3 < radius < LARGEST_RADIUS):
             return float("inf")
-        return sum(np.sqrt(fit_start(slide, model, friction, radius)[1]) for slide in slides)
+        return sum(np.sqrt(fit_slide(slide, model, radius, friction)[1]) for slide in slides)
 
     if not with_radius:
         one = partial(misfit, radius=START_RADIUS)
         found = minimize_scalar(one, bounds=(0.15, 0.3), method="bounded", options={"xatol": 1e-4})
-        return Fitted(friction=float(found.x), radius=0.0)
+        return Fitted(float(found.x), 0.0)
     first = np.array([[START_FRICTION, START_RADIUS], [0.2, START_RADIUS], [START_FRICTION, 0.03]])
     options = {"initial_simplex": first, "xatol": 1e-4, "fatol": 1e-2, "maxfev": 40}
     found = minimize(lambda v: misfit(*v), first[0], method="Nelder-Mead", options=options)
-    return Fitted(friction=float(found.x[0]), radius=float(found.x[1]))
+    return Fitted(*map(float, found.x))
 
 
 def predict(slide: Slide, model: Model, fitted: Fitted) -> Prediction:
     """The errors of a model for a slide whose first samples are given."""
-    start, _ = fit_start(slide, model, fitted.friction, fitted.radius, FIRST_SAMPLES)
+    start, _ = fit_slide(slide, model, fitted.radius, fitted.friction, FIRST_SAMPLES)
     speed = float(np.hypot(start[0], start[1]))
-    motion = model(speed, float(start[2]), fitted.friction, fitted.radius)
-    path, angle = motion.at(slide.times[-1:])
-    return Prediction(
-        stop=float(path[0]) / _length(slide) - 1.0,
-        yaw=float(angle[0] - (slide.yaw[-1] - slide.yaw[0])),
-        spins=spins(slide),
-    )
+    path, angle = model(speed, float(start[2]), *fitted).at(slide.times[-1:])
+    turn = float(angle[0] - (slide.yaw[-1] - slide.yaw[0]))
+    return Prediction(float(path[0]) / _length(slide) - 1.0, turn, spins(slide))
 
 
 def _plain(slides: Sequence[Slide], resting: Sequence[Slide]) -> Table:
@@ -175,6 +163,7 @@ def _plain(slides: Sequence[Slide], resting: Sequence[Slide]) -> Table:
     lengths = np.array([_length(slide) for slide in resting])
     speeds = (float(np.hypot(*slide.velocity[0])) for slide in resting)
     errors = [stop_distance(model, speed, 0.0, middle, 0.0) for speed in speeds] / lengths - 1.0
+    error = f"{100.0 * float(np.median(np.abs(errors))):.1f} %"
     rows = (
         ("slides", str(len(slides))),
         ("of these with their end at rest", str(len(resting))),
@@ -182,10 +171,7 @@ def _plain(slides: Sequence[Slide], resting: Sequence[Slide]) -> Table:
         ("median length of those that come to rest", f"{1e3 * np.median(lengths):.1f} mm"),
         ("friction from the slope of the speed, median", f"{middle:.3f}"),
         ("its quartiles", f"{low:.3f} … {high:.3f}"),
-        (
-            "error of the stop distance u² / (2 mu g), median, in sample",
-            f"{100.0 * float(np.median(np.abs(errors))):.1f} %",
-        ),
+        ("error of the stop distance u² / (2 mu g), median, in sample", error),
     )
     return Table("reality-plain", ("quantity", "value"), rows, page=PAGE)
 
@@ -204,41 +190,37 @@ def _length(slide: Slide) -> float:
 
 
 def _models(fitted: Sequence[Slide], held_out: Sequence[Slide]) -> Table:
-    rows = []
+    rows = {}
     for name, model in MODELS.items():
         found = fit_all(fitted, model, with_radius=name != "no spin coupling")
         predicted = [predict(slide, model, found) for slide in held_out]
         spinning = [each for each in predicted if each.spins]
-        radius = f"{1e3 * found.radius:.1f} mm" if found.radius else "–"
-        stops = (np.median(np.abs([p.stop for p in each])) for each in (predicted, spinning))
+        stop, spun = (np.median(np.abs([p.stop for p in each])) for each in (predicted, spinning))
         turned = np.degrees(np.median(np.abs([each.yaw for each in spinning])))
-        cells = (*(f"{100.0 * stop:.1f} %" for stop in stops), f"{turned:.1f}°")
-        rows.append((name, f"{found.friction:.4f}", radius, *cells))
+        rows[name] = {
+            "friction": f"{found.friction:.4f}",
+            "radius": f"{1e3 * found.radius:.1f} mm" if found.radius else "–",
+            "stop distance": f"{100.0 * stop:.1f} %",
+            "of spinning slides": f"{100.0 * spun:.1f} %",
+            "final yaw of spinning slides": f"{turned:.1f}°",
+        }
     note = (
         f"{len(fitted)} slides fitted, {len(held_out)} predicted, of which "
         f"{sum(map(spins, held_out))} spin; the start of each is known from its first "
         f"{FIRST_SAMPLES} samples. Medians of absolute errors."
     )
-    heads = (
-        "model",
-        "friction",
-        "radius",
-        "stop distance",
-        "of spinning slides",
-        "final yaw of spinning slides",
-    )
-    return Table("reality-models", heads, tuple(rows), (note,), page=PAGE)
+    return table_of_rows("reality-models", "model", rows, note, page=PAGE)
 
 
 def _radius(slides: Sequence[Slide]) -> Table:
     """Every spinning slide with separate friction and start, for several radii."""
     rows = []
     for radius in RADII:
-        cells = [
-            f"{np.median([fit_friction(slide, MODELS[name], radius)[1] for slide in slides]):.2f}"
+        fits = (
+            [fit_slide(slide, MODELS[name], radius)[1] for slide in slides]
             for name in ("ellipsoid", "independent torsion")
-        ]
-        rows.append((f"{1e3 * radius:.0f} mm", *cells))
+        )
+        rows.append((f"{1e3 * radius:.0f} mm", *(f"{np.median(chi):.2f}" for chi in fits)))
     note = (
         f"{len(slides)} spinning slides, each with its own friction and start, noise of 0.2 mm and "
         f"3 mrad. A uniform pressure over the face has a radius of {1e3 * UNIFORM_RADIUS:.1f} mm."

@@ -11,8 +11,8 @@ sampled, and their torques are held.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,12 +70,51 @@ def record_case(name: str, duration: float) -> RunResult:
     return record_densely(scenario, duration)
 
 
+def measure_differences(
+    replay: Callable[[RunResult, float], Replay],
+    name: str,
+    steps: Sequence[float] = STEPS,
+    duration: float = DURATION,
+) -> list[Differences]:
+    """The table of differences of a preset: one row per step, and one for the limit.
+
+    Args:
+        replay: Replays a run in an engine with a time step [s].
+        name: Preset, or path of a scenario.
+        steps: Time steps of the engine [s]; the last one is half of the previous one.
+        duration: Simulated time [s].
+    """
+    result = record_case(name, duration)
+    replays = [replay(result, step) for step in steps]
+    rows = [compare(result, each, step) for each, step in zip(replays, steps, strict=True)]
+    return [*rows, compare(result, extrapolate(*replays[-2:]), 0.0)]
+
+
 def extrapolate(coarse: Replay, fine: Replay) -> Replay:
     """The limit of an engine of first order, from two replays with a step and half of it."""
     return Replay(
         coarse.times,
         2.0 * fine.object_pose[1::2] - coarse.object_pose,
         2.0 * fine.slip[1::2] - coarse.slip,
+    )
+
+
+def slips_of(
+    contacts: Sequence[Mapping[str, Any]], place: Floats, turn: Floats, tips: Iterable[Floats]
+) -> Floats:
+    """Slip of each fingertip from its position in an engine, as in a row of the trace.
+
+    Args:
+        contacts: The contacts of the scene.
+        place: Position of the object [m].
+        turn: Rotation matrix of the object.
+        tips: Positions of the fingertips [m].
+    """
+    return np.concatenate(
+        [
+            np.array(contact["tangents"]) @ (turn.T @ (tip - place) - contact["anchor"])
+            for contact, tip in zip(contacts, tips, strict=True)
+        ]
     )
 
 
@@ -121,17 +160,17 @@ def compare(result: RunResult, replay: Replay, step: float) -> Differences:
     )
 
 
-def print_differences(engine: str, measure: Callable[[str], Iterable[Differences]]) -> None:
+def print_differences(engine: str, replay: Callable[[RunResult, float], Replay]) -> None:
     """Prints the differences of both cases, in micrometres and microradians.
 
     Args:
         engine: Name of the engine.
-        measure: Measures those of a preset.
+        replay: Replays a run in it with a time step [s].
     """
     heads = ("step [ms]", "position", "angle", "slip", "final slip", "slip end [ms]")
     for name in CASES:
         print(f"{name} in {engine}, {DURATION} s, largest differences [um, urad]")
         print("".join(f"{head:>14}" for head in heads))
-        for row in measure(name):
+        for row in measure_differences(replay, name):
             small = "".join(f"{1e6 * value:14.3f}" for value in row[1:5])
             print(f"{1e3 * row.step:14.4f}{small}{1e3 * row.slip_end:14.3f}")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import csv
-import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-PORTABILITY = "portability.md"
-NORMAL_95 = 1.959964  # of a standard normal variable 95 % lie within this
+from scipy.stats import binomtest
+
+BENCHMARKS, PORTABILITY = "benchmarks.md", "portability.md"
 
 
 class Table(NamedTuple):
@@ -28,7 +28,7 @@ class Table(NamedTuple):
     heads: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     notes: tuple[str, ...] = ()
-    page: str = "benchmarks.md"
+    page: str = BENCHMARKS
 
 
 def table_of_columns(
@@ -37,7 +37,7 @@ def table_of_columns(
     labels: Iterable[str],
     columns: Mapping[str, Sequence[str]],
     notes: tuple[str, ...] = (),
-    page: str = "benchmarks.md",
+    page: str = BENCHMARKS,
 ) -> Table:
     """A table from its columns.
 
@@ -53,13 +53,32 @@ def table_of_columns(
     return Table(name, (head, *columns), rows, notes, page)
 
 
+def table_of_rows(
+    name: str, head: str, rows: Mapping[str, Mapping[str, str]], *notes: str, page: str = BENCHMARKS
+) -> Table:
+    """A table from its rows.
+
+    Args:
+        name: Its name.
+        head: Head of the first column.
+        rows: Cells by the first cell of their row and by the head of their column.
+        *notes: Sentences below the table.
+        page: Its page.
+    """
+    heads = (head, *next(iter(rows.values())))
+    return Table(
+        name, heads, tuple((label, *row.values()) for label, row in rows.items()), notes, page
+    )
+
+
 def format_text(table: Table) -> str:
     """The table as aligned lines, with its notes below."""
-    columns = zip(table.heads, *table.rows, strict=True)
-    widths = [max(len(cell) for cell in column) for column in columns]
-    lines = [_align(cells, widths) for cells in (table.heads, *table.rows)]
-    rule = "-" * len(lines[0])
-    return "\n".join([lines[0], rule, *lines[1:], *(f"  {note}" for note in table.notes)])
+    columns = []
+    for place, column in enumerate(zip(table.heads, *table.rows, strict=True)):
+        width = max(map(len, column))
+        columns.append([cell.rjust(width) if place else cell.ljust(width) for cell in column])
+    first, *others = ("  ".join(line) for line in zip(*columns, strict=True))
+    return "\n".join([first, "-" * len(first), *others, *(f"  {note}" for note in table.notes)])
 
 
 def judge(value: float, target: float, aim: float | None = None) -> str:
@@ -80,10 +99,8 @@ def share_interval(part: int, whole: int) -> tuple[float, float]:
         part: Number of hits in the sample.
         whole: Size of the sample.
     """
-    z, p = NORMAL_95, part / whole
-    centre = (p + z**2 / (2 * whole)) / (1 + z**2 / whole)
-    reach = z / (1 + z**2 / whole) * math.sqrt(p * (1 - p) / whole + (z / (2 * whole)) ** 2)
-    return max(0.0, centre - reach), min(1.0, centre + reach)
+    low, high = binomtest(part, whole).proportion_ci(method="wilson")
+    return low, high
 
 
 def format_share(part: int, whole: int) -> str:
@@ -109,10 +126,8 @@ def update_page(path: Path, tables: Iterable[Table]) -> None:
         place = re.search(place_of(table.name), text, re.DOTALL | re.MULTILINE)
         if place is None:
             raise ValueError(f"{path} has no marks for '{table.name}'")
-        if place["line"]:
-            _write_csv(data_file(path, table.name), table)
-        block = _format_line(table) if place["line"] else _format_markdown(table)
-        text = text[: place.start()] + block + text[place.end() :]
+        write = _write_data if place["line"] else _format_markdown
+        text = text[: place.start()] + write(table, path) + text[place.end() :]
     path.write_text(text, encoding="utf-8")
 
 
@@ -142,23 +157,16 @@ def read_table(page: Path, name: str) -> list[list[str]]:
     return [cells[0], *cells[2:]]
 
 
-def _write_csv(file: Path, table: Table) -> None:
+def _write_data(table: Table, page: Path) -> str:
+    """Writes the data file of a table, and returns the line of its page."""
+    file = data_file(page, table.name)
     file.parent.mkdir(exist_ok=True)
     with file.open("w", encoding="utf-8", newline="") as stream:
         csv.writer(stream, lineterminator="\n").writerows((table.heads, *table.rows))
+    return " ".join([f"Data: [{file.name}](data/{file.name}).", *table.notes])
 
 
-def _format_line(table: Table) -> str:
-    link = f"[{table.name}.csv](data/{table.name}.csv)"
-    return " ".join([f"Data: {link}.", *table.notes])
-
-
-def _align(cells: Iterable[str], widths: list[int]) -> str:
-    first, *others = zip(cells, widths, strict=True)
-    return "  ".join([first[0].ljust(first[1]), *(cell.rjust(width) for cell, width in others)])
-
-
-def _format_markdown(table: Table) -> str:
+def _format_markdown(table: Table, _page: Path) -> str:
     rule = ("---", *("--:" for _ in table.heads[1:]))
     lines = [f"| {' | '.join(cells)} |" for cells in (table.heads, rule, *table.rows)]
     block = "\n".join(["", *lines, "", *(f"{note}\n" for note in table.notes)])

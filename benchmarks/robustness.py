@@ -8,27 +8,28 @@ latency up to the failure of the composite law. All laws are tested with the sam
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from benchmarks.charts import draw_success_maps, save
-from benchmarks.report import Table, format_share, table_of_columns
+from benchmarks.report import Table, format_share, table_of_columns, table_of_rows
 from benchmarks.robustness_gains import (
     GAINS,
     MORE_GAINS,
     Gains,
     Result,
+    describe,
     measure_best,
     measure_cells,
     plan,
     set_gains,
+    tabulate,
 )
-from benchmarks.robustness_tables import describe, tabulate
 from benchmarks.robustness_worlds import (
     EXACT,
     FIRST_FORCE,
@@ -43,6 +44,7 @@ from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.result import RunSummary
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.study.definition import apply_values
 from slipgrasp.core.trace.types import Outcome
 
 PAGE = "robustness.md"
@@ -54,8 +56,16 @@ MAP_SIDE = 31
 WORLDS = {"ideal": "composite-case-2", "noisy": "composite-case-2-noisy"}
 ORACLE = "oracle: composite, given the truth"
 PRINTED = "theorem-4, as printed"
-LAWS = ("theorem-3", "theorem-4", PRINTED, "certainty-equivalence", "composite", ORACLE)
-_PRINTED_GAINS = ((100.0, 10.0),)
+_THEOREM_4 = {"controller.kind": "theorem-4", **EXACT}
+_FREE: dict[str, Any] = dict.fromkeys(("estimates.*.minimum", "estimates.*.maximum"))
+LAWS: dict[str, dict[str, Any]] = {
+    "theorem-3": {"controller.kind": "theorem-3", **EXACT},
+    "theorem-4": _THEOREM_4,
+    PRINTED: {**_THEOREM_4, **_FREE, "controller.velocity_gain": 10.0},
+    "certainty-equivalence": {"controller.kind": "certainty-equivalence", **EXACT},
+    "composite": {},
+    ORACLE: {"estimates": []},
+}
 # Changes that should not affect a run, and their sizes.
 DISTURBANCES: dict[str, dict[str, Any]] = {
     "as it is": {},
@@ -100,30 +110,21 @@ def simulate_objects(
 
 def with_law(base: Scenario, law: str) -> Scenario:
     """The base with a law; the paper's laws with required settings, the printed one as printed."""
-    if law == ORACLE:
-        return replace(base, estimates=())
-    if law == "composite":
-        return base
-    values: dict[str, Any] = {"controller.kind": law, **EXACT}
-    if law == PRINTED:
-        free = tuple(replace(e, minimum=None, maximum=None) for e in base.estimates)
-        base = replace(base, estimates=free)
-        values |= {"controller.kind": "theorem-4", "controller.velocity_gain": 10.0}
-    return with_values(base, values)
+    return apply_values(base, LAWS[law])
 
 
-def hold_at_best(
-    base: Scenario, law: str, tuned: int, count: int, gains: Sequence[Gains] = GAINS
-) -> Result:
+def hold_at_best(base: Scenario, law: str, tuned: int, count: int) -> Result:
     """Simulates a law with random objects for a second, with its best gains.
 
     Args:
         base: Hand, motion and sensors.
         law: One of `LAWS`.
-        tuned: Number of objects for the choice of gains.
+        tuned: Number of objects for the choice of gains; 0 for the gains of the base and law.
         count: Number of objects of the results.
-        gains: Gains to choose from.
     """
+    controller = with_law(base, law).controller
+    own = cast("Gains", (controller.position_gain, controller.velocity_gain))
+    gains, more = (GAINS, MORE_GAINS) if tuned else ((own,), ())
 
     def run(chosen: Gains, number: int, seed: int) -> list[Held]:
         objects = random_objects(number, len(base.fingers), seed)
@@ -132,7 +133,7 @@ def hold_at_best(
             for run in simulate_objects(with_values(base, set_gains(chosen)), law, objects, seed)
         ]
 
-    return measure_best(run, tuned, count, gains, MORE_GAINS if gains is GAINS else ())
+    return measure_best(run, tuned or 1, count, gains, more)
 
 
 def measure_start(count: int = COUNT, tuned: int = TUNED) -> Table:
@@ -150,9 +151,8 @@ def measure_start(count: int = COUNT, tuned: int = TUNED) -> Table:
     rows[f"{PRINTED}, first grip {FIRST_FORCE:g} N"] = (PRINTED, estimates)
 
     def hold(preset: str, law: str, values: Mapping[str, Any]) -> str:
-        gains = _PRINTED_GAINS if law == PRINTED else GAINS
         base = with_values(load_scenario(preset), values)
-        return describe(hold_at_best(base, law, tuned, count, gains))
+        return describe(hold_at_best(base, law, 0 if law == PRINTED else tuned, count))
 
     columns = {
         f"{world} world": [hold(preset, *row) for row in rows.values()]
@@ -173,20 +173,19 @@ def measure_outcomes(count: int = COUNT) -> Table:
     """
     base = with_law(load_scenario(WORLDS["ideal"]), PRINTED)
     varied = list(vary_objects(base, random_objects(count)))
-    held, rows = np.zeros(count, bool), []
+    held, rows = np.zeros(count, bool), {}
     for words, values in DISTURBANCES.items():
         runs = simulate_many(with_values(scenario, values) for scenario in varied)
         outcomes = np.array([run.metrics.held for run in runs])
         if not values:
             held = outcomes
         changed = format_share(int(np.sum(outcomes != held)), count) if values else "–"
-        rows.append((words, format_share(int(outcomes.sum()), count), changed))
-    heads = (
-        f"{PRINTED}, {count} objects, ideal world",
-        "held (95 % interval)",
-        "another outcome than as it is",
-    )
-    return Table("robustness-outcomes", heads, tuple(rows), page=PAGE)
+        rows[words] = {
+            "held (95 % interval)": format_share(int(outcomes.sum()), count),
+            "another outcome than as it is": changed,
+        }
+    head = f"{PRINTED}, {count} objects, ideal world"
+    return table_of_rows("robustness-outcomes", head, rows, page=PAGE)
 
 
 def _success_map(law: str, sides: np.ndarray) -> np.ndarray:
@@ -222,24 +221,16 @@ def measure_sweep(sweep: Sweep, count: int = FEWER) -> Table:
         sweep: The swept parameter.
         count: Number of objects.
     """
+    points = [{sweep.key: 1e-3 * value} for value in sweep.values]
     columns, failures = {}, []
     for name, make in sweep.bases.items():
-        base = make()
-        points = [with_values(base, {sweep.key: 1e-3 * value}) for value in sweep.values]
-        objects = random_objects(count, len(base.fingers))
-        held = {
-            law: [
-                sum(run.metrics.held for run in simulate_objects(point, law, objects))
-                for point in points
-            ]
-            for law in ("composite", ORACLE)
-        }
-        for law, counts in held.items():
-            shares = [format_share(each, count) for each in counts]
+        base, found = make(), {}
+        for law in ("composite", ORACLE):
+            found[law] = [hold_at_best(with_values(base, p), law, 0, count).held for p in points]
+            shares = [format_share(held, count) for held in found[law]]
             columns[f"{name}: {law.partition(':')[0]}"] = shares
-        lost = [
-            v for v, n in zip(sweep.values, held["composite"], strict=True) if n < FAILED * count
-        ]
+        held = zip(sweep.values, found["composite"], strict=True)
+        lost = [value for value, number in held if number < FAILED * count]
         failures.append(f"{name} at {lost[0]:g} {sweep.unit}" if lost else f"{name} nowhere")
     note = (
         f"{count} objects at every point, with 95 % intervals. The composite law first holds less "

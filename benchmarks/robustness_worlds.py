@@ -20,6 +20,7 @@ from slipgrasp.core.run.simulator import run_to_end
 from slipgrasp.core.scenario import Estimate, Scenario
 from slipgrasp.core.scenario.law_loading import load_law
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.study.definition import apply_values, expand_key
 from slipgrasp.core.trace.types import Outcome
 
 SEED = 20
@@ -88,11 +89,11 @@ _DELAYED = {
     "sensing.slip_delay_deviation": 0.006,
 }
 _LOOP = {**_DELAYED, "controller.latency": 0.017}
-_JOINTS = {"every finger": {"joint_damping": 0.2, "joint_friction": 0.5}}
+_JOINTS = {"fingers.*.joint_damping": 0.2, "fingers.*.joint_friction": 0.5}
 _PUSH = {"pulses": [{"time": EVENT, "duration": 0.05, "force": [0.0, -5.0]}]}
-# Keys of scenarios, with three exceptions: factors of friction and mass during the run, and
-# settings of every finger.
-_NOT_KEYS = ("friction", "mass", "every finger")
+FACTORS = "factors"
+_LESS_FRICTION = {FACTORS: {"fingers.*.friction": 0.6}}
+# Keys as in a study, and factors of some values at the event.
 WORLDS: dict[str, dict[str, Any]] = {
     "ideal": {},
     "noise 1 mm/s": _noise(1e-3),
@@ -108,14 +109,14 @@ WORLDS: dict[str, dict[str, Any]] = {
     "model: links 10 % too long": {"controller.link_length_ratio": 1.1, **_noise(1e-3)},
     "joint friction": {**_JOINTS, **_noise(1e-3)},
     "push": {**_PUSH, **_noise(1e-3)},
-    "friction falls by 40 %": {"friction": 0.6, **_noise(1e-3)},
-    "mass grows by 50 %": {"mass": 1.5, **_noise(1e-3)},
+    "friction falls by 40 %": {**_LESS_FRICTION, **_noise(1e-3)},
+    "mass grows by 50 %": {FACTORS: {"object.mass": 1.5}, **_noise(1e-3)},
     "latency 30 ms": {"controller.latency": 0.03},
     "latency 40 ms": {"controller.latency": 0.04},
     "latency 50 ms": {"controller.latency": 0.05},
     "latency 30 ms, noise 3 mm/s": {"controller.latency": 0.03, **_noise(3e-3)},
     "detected after 20 ms, latency 17 ms": _LOOP,
-    "the same, friction falls by 40 %": {**_LOOP, "friction": 0.6},
+    "the same, friction falls by 40 %": {**_LOOP, **_LESS_FRICTION},
 }
 LATE = tuple(world for world, values in WORLDS.items() if "controller.latency" in values)
 
@@ -170,7 +171,7 @@ def vary_objects(
         }
         # Every object of every draw has a different noise.
         noise = {"simulation.seed": k + 10**6 * (seed - SEED), "simulation.duration": 1.0}
-        yield with_values(base, {**truth, **noise, **more(truth)})
+        yield apply_values(base, {**truth, **noise, **more(truth)})
 
 
 def runs_in_world(
@@ -194,6 +195,9 @@ def runs_in_world(
     """
     base = with_values(base, {**LAWS[law], **tuned})
     _, known = PUBLISHED_LAWS.get(law, ("", ()))
+    rates = {"simulation.duration": DURATION, "simulation.output_rate": 20.0}
+    settings = {key: value for key, value in WORLDS[world].items() if key != FACTORS}
+    factors = WORLDS[world].get(FACTORS, {})
 
     def more(truth: dict[str, float]) -> dict[str, Any]:
         initial = {
@@ -201,29 +205,14 @@ def runs_in_world(
             for k, estimate in enumerate(base.estimates)
             if estimate.parameter.startswith(known)
         }
-        rates = {"simulation.duration": DURATION, "simulation.output_rate": 20.0}
-        return {**initial, **rates, **_happening(WORLDS[world], truth)}
+        changes = [
+            {"time": EVENT, "parameter": key, "value": factor * truth[key]}
+            for pattern, factor in factors.items()
+            for key in expand_key(base, pattern)
+        ]
+        return {**initial, **rates, **settings, "changes": changes}
 
     return vary_objects(base, random_objects(count, len(base.fingers), seed), seed, more)
-
-
-def _happening(world: Mapping[str, Any], truth: Mapping[str, float]) -> dict[str, Any]:
-    """Values of a scenario in a world, with the changes of this object during the run."""
-    frictions = [key for key in truth if key.endswith(".friction")]
-    changed = {"friction": frictions, "mass": ["object.mass"]}
-    changes = [
-        {"time": EVENT, "parameter": key, "value": world[name] * truth[key]}
-        for name, keys in changed.items()
-        if name in world
-        for key in keys
-    ]
-    of_fingers = {
-        f"fingers.{i}.{key}": value
-        for key, value in world.get("every finger", {}).items()
-        for i in range(len(frictions))
-    }
-    values = {key: value for key, value in world.items() if key not in _NOT_KEYS}
-    return {**values, **of_fingers, "changes": changes}
 
 
 def hand_of(n: int) -> Scenario:

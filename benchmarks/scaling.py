@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from benchmarks.hands import holding_hand
@@ -16,6 +16,7 @@ DURATIONS = (1.0, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0)  # [s]
 FINGERS = (2, 3, 4, 5, 6)
 MAX_EXPONENT = 3.0  # of the cost over the number of fingers
 CONTROL = {"continuous": 0.0, "1 kHz": 0.001}
+Costs = dict[str, list[float]]
 
 
 def run() -> list[Table]:
@@ -31,12 +32,10 @@ def measure_duration(durations: Sequence[float] = DURATIONS, rounds: int = 15) -
         rounds: Number of timings of each run.
     """
     case = load_scenario("paper-case-1")
-
-    def make(duration: float, period: float) -> Scenario:
-        values = {"controller.control_period": period, "simulation.duration": duration}
-        return with_values(case, values)
-
-    costs = _measure(make, durations, rounds)
+    keys = "simulation.duration", "controller.control_period"
+    costs = _measure(
+        lambda *values: with_values(case, dict(zip(keys, values, strict=True))), durations, rounds
+    )
     notes = [
         f"Under {control} control: {1e3 * line.intercept:.2f} ms plus {1e3 * line.slope:.3f} ms "
         f"per simulated second, within {100.0 * line.deviation:.0f} %."
@@ -56,11 +55,12 @@ def measure_fingers(
         rounds: Number of timings of each run.
         duration: Simulated time of every run [s].
     """
-
-    def make(number: float, period: float) -> Scenario:
-        return with_values(holding_hand(int(number), period), {"simulation.duration": duration})
-
-    costs = _measure(make, numbers, rounds)
+    values = {"simulation.duration": duration}
+    costs = _measure(
+        lambda number, period: with_values(holding_hand(int(number), period), values),
+        numbers,
+        rounds,
+    )
     exponents = {control: fit_exponent(numbers, seconds) for control, seconds in costs.items()}
     told = " and ".join(f"{k:.2f} ({control})" for control, k in exponents.items())
     outcome = met(max(exponents.values()) <= MAX_EXPONENT)
@@ -70,7 +70,7 @@ def measure_fingers(
 
 def _measure(
     make: Callable[[float, float], Scenario], sizes: Sequence[float], rounds: int
-) -> dict[str, list[float]]:
+) -> Costs:
     """CPU time of a run of each size [s], by the kind of control.
 
     Args:
@@ -87,13 +87,7 @@ def _measure(
     return {control: [seconds[f"{control} {size}"] for size in sizes] for control in CONTROL}
 
 
-def _table(
-    name: str,
-    head: str,
-    sizes: Sequence[float],
-    costs: Mapping[str, Sequence[float]],
-    notes: Sequence[str],
-) -> Table:
+def _table(name: str, head: str, sizes: Sequence[float], costs: Costs, notes: list[str]) -> Table:
     columns = {
         f"{control} control, CPU [ms]": [f"{MILLISECONDS * cost:.2f}" for cost in seconds]
         for control, seconds in costs.items()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import http.client
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -141,43 +142,33 @@ def exchange(
         connection.close()
 
 
-def start_service(
-    folder: Path,
-    program: Sequence[str] = ("slipgrasp", "serve"),
-    environment: Mapping[str, str] | None = None,
-) -> Service:
-    """A service on a folder that is ready; its process is the caller's to end.
-
-    Args:
-        folder: Folder of its data, and of its log.
-        program: Main module with arguments; prints its URL first.
-        environment: Variables in addition to those of this process.
-    """
-    folder.mkdir(exist_ok=True)
-    command = [sys.executable, "-m", *program, "--port", "0", "--data-dir", str(folder)]
-    log = folder / "log.txt"
-    with log.open("wb") as stream:
-        process = subprocess.Popen(
-            command,
-            stdout=subprocess.PIPE,
-            stderr=stream,
-            text=True,
-            env=os.environ | dict(environment or {}),
-        )
-    assert process.stdout is not None
-    return Service(process, process.stdout.readline().strip(), log)
-
-
 @contextmanager
 def serve(
     folder: Path,
     program: Sequence[str] = ("slipgrasp", "serve"),
     environment: Mapping[str, str] | None = None,
+    *,
+    kill: bool = False,
 ) -> Iterator[Service]:
-    """A context with a service like that of `start_service`."""
-    service = start_service(folder, program, environment)
-    with service.process:
+    """A context with a service on a folder that is ready.
+
+    Args:
+        folder: Folder of its data, and of its log.
+        program: Main module with arguments; prints its URL first.
+        environment: Variables in addition to those of this process.
+        kill: Whether the context ends it by SIGKILL.
+    """
+    folder.mkdir(exist_ok=True)
+    command = [sys.executable, "-m", *program, "--port", "0", "--data-dir", str(folder)]
+    log, given = folder / "log.txt", os.environ | dict(environment or {})
+    with (
+        log.open("wb") as stream,
+        subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=stream, text=True, env=given
+        ) as process,
+    ):
         try:
-            yield service
+            assert process.stdout is not None
+            yield Service(process, process.stdout.readline().strip(), log)
         finally:
-            service.process.terminate()
+            process.send_signal(signal.SIGKILL if kill else signal.SIGTERM)

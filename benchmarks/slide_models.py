@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from benchmarks.real_slides import HALF_WIDTH, Floats
 
@@ -62,7 +63,8 @@ def slide_on_ellipsoid(speed: float, spin: float, friction: float, radius: float
         l = np.concatenate([l, np.geomspace(_DECAY, _DECAY / ratio, _STEPS // 2)[1:]])
     u, w = speed * np.exp(-l), spin * np.exp(-ratio * l)
     s = np.hypot(u, radius * w)
-    return Motion(*(_integral(each, l) / (friction * GRAVITY) for each in (s, u * s, w * s)))
+    integrals = cumulative_trapezoid([s, u * s, w * s], l, initial=0.0)
+    return Motion(*(integrals / (friction * GRAVITY)))
 
 
 def slide_without_coupling(speed: float, spin: float, friction: float, radius: float) -> Motion:
@@ -89,18 +91,10 @@ def stop_distance(model: Model, speed: float, spin: float, friction: float, radi
 
 def _parabolas(speed: float, spin: float, slowing: float, torsion: float) -> Motion:
     """Speed and spin that decrease linearly to zero."""
-    ends = [speed / slowing]
-    if torsion > 0.0:
-        ends.append(abs(spin) / torsion)
-    times = np.linspace(0.0, max(ends), _STEPS)
-    sliding = np.minimum(times, ends[0])
-    turning = np.minimum(times, ends[-1])
+    stop = speed / slowing
+    rest = abs(spin) / torsion if torsion > 0.0 else stop
+    times = np.linspace(0.0, max(stop, rest), _STEPS)
+    sliding, turning = np.minimum(times, stop), np.minimum(times, rest)
     path = speed * sliding - 0.5 * slowing * sliding**2
     angle = spin * turning - 0.5 * np.sign(spin) * torsion * turning**2
     return Motion(times, path, angle)
-
-
-def _integral(values: Floats, at: Floats) -> Floats:
-    """Cumulative integral from the first point, by the trapezoid rule."""
-    steps = 0.5 * (values[1:] + values[:-1]) * np.diff(at)
-    return np.concatenate([[0.0], np.cumsum(steps)])

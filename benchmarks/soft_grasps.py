@@ -15,11 +15,11 @@ from benchmarks import hands_in_space
 from benchmarks.hands_in_space import (
     SAME_VELOCITY,
     eccentricities,
-    find_missed_in_space,
     friction_of,
+    measure_in_space,
     slide_of,
 )
-from benchmarks.outcome_checks import Check, Judgement, ledger_error, simulate_runs, velocity_jump
+from benchmarks.outcome_checks import Check, Judge, Pair, ledger_error, velocity_jump
 from benchmarks.outcomes import SEED, judge_many, tabulate
 from benchmarks.random_runs import SOFT_GRASPS
 from benchmarks.report import Table
@@ -36,51 +36,23 @@ REFUSED = ("theorem-3", "theorem-4")
 SENTENCE = re.compile(
     r"controller\.kind is '\S+', which is not computed for soft fingertips yet; .+"
 )
-CHECKS = hands_in_space.CHECKS | {
-    "cone": Check("a wrench outside its limit surface, or off it in slip, by more than 1e-9"),
-    "ledger": Check("energy balance off by more than 1e-6 J and 1e-9 of the largest energy", "J"),
-    "against": Check("friction off a slip above 10 um/s by more than 1e-3", "rad"),
-    "internal": Check("an end for a numerical reason"),
-    "refusal": Check("a law without moments that is not refused with a message"),
-}
 
 
 def run(seed: int = SEED, count: int = COUNT) -> list[Table]:
     """The tables ``soft-grasps`` and ``soft-grasps-endings``."""
-    campaign = judge_many(SOFT_GRASPS, count, seed, judge_run)
-    return tabulate([campaign], "soft-grasps", CHECKS)
+    return tabulate([judge_many(SOFT_GRASPS, count, seed, JUDGE)], "soft-grasps")
 
 
-def judge_run(scenario: Scenario, *, twice: bool = True) -> Judgement:
-    """Runs a scenario of a soft grasp, perhaps once more with an output of 10 kHz, and judges it.
-
-    Args:
-        scenario: What to simulate.
-        twice: Whether it is run once more.
-    """
-    plain, fine, held = simulate_runs(scenario, twice=twice)
-    missed = find_missed_of_soft(plain, fine, held) | _wrongly_accepted(scenario)
-    return Judgement(plain.outcome.value, missed)
-
-
-def find_missed_of_soft(
-    plain: RunResult, fine: RunResult | None, held: np.ndarray
-) -> dict[str, float]:
-    """By how much each check that fails is missed, by its name.
-
-    Args:
-        plain: The run.
-        fine: The same run with an output of 10 kHz, if there is one.
-        held: The torques that act at its end, ``(n, 3)`` [N m].
-    """
-    runs = (plain,) if fine is None else (plain, fine)
-    missed = find_missed_in_space(plain, fine, held) | {
-        "ledger": max(ledger_error(run.trace) for run in runs),
-        "velocity": max(_velocity_jump(run) for run in runs),
-        "against": max(map(_off_slip, runs)),
-        "internal": 1.0 if plain.reason is not None and plain.reason.code in INTERNAL else 0.0,
+def measure_soft(pair: Pair) -> dict[str, float]:
+    """Deviation of each check by name: `outcome_checks.Judge.measure`."""
+    reason, scenario = pair.plain.reason, pair.plain.scenario
+    return measure_in_space(pair) | {
+        "ledger": max(ledger_error(run.trace) for run in pair.runs),
+        "velocity": max(_velocity_jump(run) for run in pair.runs),
+        "against": max(map(_off_slip, pair.runs)),
+        "internal": float(reason is not None and reason.code in INTERNAL),
+        "refusal": float(sum(not _is_refused(scenario, law) for law in REFUSED)),
     }
-    return {name: by for name, by in missed.items() if by > 0.0}
 
 
 def _off_slip(run: RunResult) -> float:
@@ -126,15 +98,19 @@ def _velocity_jump(run: RunResult) -> float:
     return velocity_jump(run.trace, SAME_VELOCITY * np.array(columns))
 
 
-def _wrongly_accepted(scenario: Scenario) -> dict[str, float]:
-    """1 for every law that is not refused for soft fingertips in a sentence."""
-    accepted = sum(not _is_refused(scenario, law) for law in REFUSED)
-    return {"refusal": float(accepted)} if accepted else {}
-
-
 def _is_refused(scenario: Scenario, law: str) -> bool:
     try:
         with_values(scenario, {"controller.kind": law})
     except ScenarioError as error:
         return any(SENTENCE.fullmatch(each.message) for each in error.errors)
     return False
+
+
+CHECKS = hands_in_space.CHECKS | {
+    "cone": Check("a wrench outside its limit surface, or off it in slip, by more than 1e-9"),
+    "ledger": Check("energy balance off by more than 1e-6 J and 1e-9 of the largest energy", "J"),
+    "against": Check("friction off a slip above 10 um/s by more than 1e-3", "rad"),
+    "internal": Check("an end for a numerical reason"),
+    "refusal": Check("a law without moments that is not refused with a message"),
+}
+JUDGE = Judge(CHECKS, measure_soft)

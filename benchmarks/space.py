@@ -9,9 +9,9 @@ from typing import Any
 
 import numba
 
-from benchmarks.mujoco_replay import measure_differences
-from benchmarks.replay import DURATION, STEPS
-from benchmarks.report import Table, met
+from benchmarks.mujoco_replay import replay_in_mujoco
+from benchmarks.replay import DURATION, STEPS, measure_differences
+from benchmarks.report import Table, met, table_of_columns, table_of_rows
 from benchmarks.speed import profile_runs, race_mujoco
 from benchmarks.timing import median_seconds
 from slipgrasp.core.kernel.compilation.records import Record
@@ -22,6 +22,8 @@ from slipgrasp.core.kernel.spatial.selection import spatial_select
 from slipgrasp.core.run.simulation import Simulation
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.study.definition import apply_values
+from tests.core.test_chains import as_chains
 
 CASE = "spatial-prism"
 ROUNDS = 15
@@ -46,12 +48,8 @@ def measure_cost(rounds: int = ROUNDS, duration: float = 7.0) -> tuple[Table, Ta
         rounds: Number of timings of each.
         duration: Simulated time of every run [s].
     """
-    runs = {
-        f"{CASE}, 1 kHz control": with_values(
-            load_scenario(CASE), {"simulation.duration": duration}
-        )
-    }
-    (case,) = runs.values()
+    case = with_values(load_scenario(CASE), {"simulation.duration": duration})
+    runs = {f"{CASE}, 1 kHz control": case}
     targets = ("Against MuJoCo alone", _ALONE, _NUMPY)
     speed = race_mujoco("space-speed", case, runs, rounds, duration, targets)
     return speed, profile_runs("space-profile", runs, rounds, duration)
@@ -64,31 +62,27 @@ def measure_units(calls: int = CALLS) -> Table:
         calls: Number of calls for each mean.
     """
     found = {words: _time_units(moment, calls) for words, moment in _MOMENTS.items()}
-    rows = tuple((part, *(f"{found[words][part]:.2f}" for words in found)) for part in _PARTS)
+    columns = {
+        f"{words} [us]": [f"{time:.2f}" for time in times.values()]
+        for words, times in found.items()
+    }
     worst = max(times["plant"] for times in found.values())
     outcome = met(worst <= _EVALUATION)
     note = f"The plant takes {worst:.2f} us at most; target {_EVALUATION:g} us: {outcome}."
-    return Table("space-units", (f"{CASE}, one call", *(f"{w} [us]" for w in found)), rows, (note,))
-
-
-_PARTS: dict[str, Any] = {
-    "plant": spatial_plant,
-    "law": spatial_command,
-    "selection of phases": spatial_select,
-    "rates of the estimates": spatial_learn,
-}
+    labels = found["sticking"]
+    return table_of_columns("space-units", f"{CASE}, one call", labels, columns, (note,))
 
 
 def _time_units(moment: float, calls: int) -> dict[str, float]:
     model, run = _at(load_scenario(CASE), moment)
     held = (model, run.discrete, run.step.start, run.work)
-    arguments = {
-        "plant": held,
-        "law": (model, run.discrete, run.now, run.senses, run.work),
-        "selection of phases": (*held, run.selection),
-        "rates of the estimates": (*held, run.memory),
+    parts: dict[str, tuple[Any, tuple[Any, ...]]] = {
+        "plant": (spatial_plant, held),
+        "law": (spatial_command, (model, run.discrete, run.now, run.senses, run.work)),
+        "selection of phases": (spatial_select, (*held, run.selection)),
+        "rates of the estimates": (spatial_learn, (*held, run.memory)),
     }
-    return {part: _time_calls(unit, arguments[part], calls) for part, unit in _PARTS.items()}
+    return {part: _time_calls(unit, arguments, calls) for part, (unit, arguments) in parts.items()}
 
 
 def _at(scenario: Scenario, moment: float) -> tuple[Record, Record]:
@@ -122,16 +116,13 @@ def _repeated(unit: Any) -> Callable[[int, tuple[Any, ...]], None]:
 def measure_soft(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
     """CPU time of the plant with soft and with hard fingertips at the same states, in turns."""
     hard = load_scenario("spatial-composite")
-    pads = {f"fingers.{i}.pad_radius": PAD_RADIUS for i in range(len(hard.fingers))}
-    pair = {"hard": hard, "soft": with_values(hard, pads)}
+    pair = {"hard": hard, "soft": apply_values(hard, {"fingers.*.pad_radius": PAD_RADIUS})}
     moments = {"slipping": 0.002, "sticking": 0.5}  # [s]
     return _compare_plants("space-soft", pair, 2.0, moments, calls, rounds)
 
 
 def measure_chain(calls: int = CALLS // 10, rounds: int = ROUNDS) -> Table:
     """CPU time of the plant with its fingers written as chains and in closed form, in turns."""
-    from tests.core.test_chains import as_chains
-
     closed = load_scenario(CASE)
     pair = {"closed form": closed, "chain": as_chains(closed)}
     return _compare_plants("space-chain", pair, 3.0, _MOMENTS, calls, rounds)
@@ -158,11 +149,11 @@ def _compare_plants(
     repeat, rows, worst = _repeated(spatial_plant), [], 0.0
     first, second = pair
     for words, moment in moments.items():
-        works: dict[str, Callable[[], None]] = {}
-        for kind, scenario in pair.items():
-            model, run = _at(scenario, moment)
-            arguments = (model, run.discrete, run.step.start, run.work)
-            works[kind] = partial(repeat, calls, arguments)
+        states = {kind: _at(scenario, moment) for kind, scenario in pair.items()}
+        works = {
+            kind: partial(repeat, calls, (model, run.discrete, run.step.start, run.work))
+            for kind, (model, run) in states.items()
+        }
         times = median_seconds(works, rounds, time.thread_time)
         ratio = times[second] / times[first]
         rows.append((words, *(f"{1e6 * times[kind] / calls:.2f}" for kind in pair), f"{ratio:.2f}"))
@@ -179,20 +170,14 @@ def measure_motion(steps: Sequence[float] = STEPS, duration: float = DURATION) -
         steps: MuJoCo's time steps [s]; the last one is half of the one before.
         duration: Simulated time [s].
     """
-    rows = [
-        (
-            f"{1e3 * row.step:g} ms" if row.step else "0, by the two last",
-            *(f"{1e6 * value:.2f}" for value in row[1:5]),
-            f"{1e6 * row.slip_end:.0f}" if row.step else "",
-        )
-        for row in measure_differences(CASE, steps, duration)
-    ]
-    case = f"{CASE}, {duration:g} s in MuJoCo, step"
-    names = (
-        "position [um]",
-        "turn [urad]",
-        "slip [um]",
-        "slip in the end [um]",
-        "ends of slip [us]",
-    )
-    return Table("space-mujoco", (case, *names), tuple(rows))
+    rows = {
+        f"{1e3 * row.step:g} ms" if row.step else "0, by the two last": {
+            "position [um]": f"{1e6 * row.position:.2f}",
+            "turn [urad]": f"{1e6 * row.angle:.2f}",
+            "slip [um]": f"{1e6 * row.slip:.2f}",
+            "slip in the end [um]": f"{1e6 * row.final_slip:.2f}",
+            "ends of slip [us]": f"{1e6 * row.slip_end:.0f}" if row.step else "",
+        }
+        for row in measure_differences(replay_in_mujoco, CASE, steps, duration)
+    }
+    return table_of_rows("space-mujoco", f"{CASE}, {duration:g} s in MuJoCo, step", rows)

@@ -9,22 +9,21 @@ from __future__ import annotations
 
 import os
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.processes import MemoryWatch
-from benchmarks.report import Table, met
-from benchmarks.service import Service, serve
-from benchmarks.study_load import STUDIES, Load, run_over_rest
+from benchmarks.processes import family_of, memory_of, run_module, watch
+from benchmarks.report import Table, met, table_of_rows
+from benchmarks.service import PATIENCE, Service, serve
 from benchmarks.timing import MILLISECONDS
 from slipgrasp.core.executors import Executor, make_executor
 from slipgrasp.core.executors.worker import NICENESS
@@ -38,13 +37,92 @@ from slipgrasp.recordings.study.writer import RUNS_PER_CHUNK, StudyWriter
 
 WORKERS = 2
 WARM_UP = 100
+MEMORY_PERIOD = 0.25  # [s]
 PAGES = 20
 RATE_TARGET = 0.6
 ANSWER_TARGET = 0.25  # [s], 95th percentile
 MEMORY_TARGET = 1.5e9  # [B]
 SLOPE_TARGET = 1000.0  # [B] per run
+STUDIES = "/studies"
+PAUSE = 0.1
+PAGE = 100
+MAP_EVERY = 10.0  # [s]
 
-_ROOT = Path(__file__).parents[1]
+
+@dataclass(slots=True)
+class Load:
+    """Measurements of a client during studies.
+
+    Attributes:
+        seconds: Time from first results to last ones [s].
+        answers: Response times of each kind [s].
+        finished: Number of finished runs of the present study.
+    """
+
+    seconds: float = 0.0
+    answers: dict[str, list[float]] = field(default_factory=lambda: defaultdict(list))
+    finished: int = 0
+
+    @property
+    def asked(self) -> int:
+        """Number of responses."""
+        return sum(map(len, self.answers.values()))
+
+    def percentile(self, share: float) -> float:
+        """Percentile of all response times [s]."""
+        return float(np.percentile([t for times in self.answers.values() for t in times], share))
+
+
+def run_over_rest(service: Service, study: Mapping[str, Any], load: Load) -> tuple[str, float]:
+    """Runs a study, and requests its status and other data until it is complete.
+
+    Args:
+        service: The service.
+        study: The study, as in a request.
+        load: Receives the measurements.
+
+    Returns:
+        The id of the study, and its rate from its first results to its last [1/s].
+
+    Raises:
+        AssertionError: If it fails, or does not end within 15 minutes.
+    """
+    asked = time.perf_counter()
+    created = service.ask(STUDIES, study)
+    path = f"{STUDIES}/{created['id']}"
+    kinds = _kinds(path)
+    first = first_done = 0.0
+    while True:
+        before = time.perf_counter()
+        status = service.ask(path)
+        now = time.perf_counter()
+        load.answers["status"].append(now - before)
+        assert status["state"] in ("queued", "running", "completed"), status
+        assert now - asked < PATIENCE, status
+        done = load.finished = status["finished"]
+        if done and not first_done:
+            first, first_done = now, done
+        if done == created["num_runs"] and status["state"] == "completed":
+            break
+        if done:
+            kind, page = next(kinds)
+            load.answers[kind].append(service.seconds_of(page))
+        time.sleep(PAUSE)
+    load.seconds += now - first
+    return created["id"], (done - first_done) / (now - first) if now > first else 0.0
+
+
+def _kinds(study: str) -> Iterator[tuple[str, str]]:
+    """The requests in turns, with an occasional map."""
+    page = f"{study}/results?limit={PAGE}"
+    drawn = time.monotonic()
+    while True:
+        yield "list of studies", f"{STUDIES}?limit={PAGE}"
+        yield "page of results", page
+        yield "page sorted by a metric", f"{page}&sort=-slip_path_0"
+        if time.monotonic() - drawn > MAP_EVERY:
+            yield "map", f"{study}/map.svg"
+            drawn = time.monotonic()
 
 
 def run() -> list[Table]:
@@ -52,19 +130,33 @@ def run() -> list[Table]:
     return [*measure_rates(), measure_large_study()]
 
 
-def describe_study(count: int) -> dict[str, Any]:
-    """A study of case I as a request: random mass and frictions, two laws on each sample."""
+def random_study(
+    runs: int, ranges: Mapping[str, tuple[float, float]], seed: int = 1, **more: Any
+) -> dict[str, Any]:
+    """A study of case I with random values as a request.
+
+    Args:
+        runs: Number of samples.
+        ranges: Smallest and largest value of each varied parameter.
+        seed: Seed of the samples.
+        **more: Further tables and keys of the study.
+    """
     return {
         "base": "paper-case-1",
-        "sampling": {"method": "random", "runs": count // 2, "seed": 1},
+        "sampling": {"method": "random", "runs": runs, "seed": seed},
         "recordings": "none",
-        "vary": {
-            "object.mass": {"min": 0.7, "max": 1.6},
-            "fingers.0.friction": {"min": 0.2, "max": 0.5},
-            "fingers.1.friction": {"min": 0.2, "max": 0.5},
-            "controller.lyapunov_weight": {"values": [1.0, 20.0]},
-        },
+        "vary": {key: {"min": low, "max": high} for key, (low, high) in ranges.items()},
+        **more,
     }
+
+
+def describe_study(count: int) -> dict[str, Any]:
+    """A study as a request: random mass and frictions, two laws on each sample."""
+    ranges = {"object.mass": (0.7, 1.6)}
+    ranges |= dict.fromkeys(("fingers.0.friction", "fingers.1.friction"), (0.2, 0.5))
+    study = random_study(count // 2, ranges)
+    study["vary"]["controller.lyapunov_weight"] = {"values": [1.0, 20.0]}
+    return study
 
 
 def measure_rates(count: int = 2000, rounds: int = 3) -> tuple[Table, Table]:
@@ -79,38 +171,37 @@ def measure_rates(count: int = 2000, rounds: int = 3) -> tuple[Table, Table]:
     with (
         tempfile.TemporaryDirectory() as name,
         make_executor("processes", workers=WORKERS) as executor,
-        _watched(Path(name) / "data") as (service, watch),
+        _watched(Path(name) / "data", load) as (service, samples),
     ):
         start_seconds = executor.prepare()
         for number in range(rounds):
             bare = f"bare kernel, {WORKERS} threads, no trace, no hash"
-            rates[bare].append(_bare_rate(count))
+            # From the first result to the last, in a separate process.
+            rates[bare].append((count - 1) / float(run_module("benchmarks.study", str(count))))
             file = Path(name) / f"{number}.mcap"
             warm = f"{WORKERS} warm worker processes, rows and hashes kept"
             rates[warm].append(_rate(count, executor, file))
-            study, rate = run_over_rest(service, describe_study(count), watch, load)
+            study, rate = run_over_rest(service, describe_study(count), load)
             rates["the same over REST, with a client that asks {} times/s"].append(rate)
             stored = service.exchange(f"{STUDIES}/{study}/recording").content
             assert stored == file.read_bytes(), "REST gave another study"
-    return _tabulate_rates(count, rates, load, start_seconds), _tabulate_answers(
-        count, load, watch.peak
-    )
+    answers = _tabulate_answers(count, load, max(memory for _, memory in samples))
+    return _tabulate_rates(count, rates, load, start_seconds), answers
 
 
 @contextmanager
-def _watched(folder: Path) -> Iterator[tuple[Service, MemoryWatch]]:
-    """A service that has done a study and drawn its map, which loads what it needs."""
-    with serve(folder) as service, MemoryWatch(service.process.pid) as watch:
-        study, _ = run_over_rest(service, describe_study(WARM_UP), watch, Load())
-        service.seconds_of(f"{STUDIES}/{study}/map.svg")
-        yield service, watch
+def _watched(folder: Path, load: Load) -> Iterator[tuple[Service, list[tuple[int, int]]]]:
+    """A service that has done a study and drawn its map, and samples of the load and its memory."""
+    with serve(folder) as service:
 
+        def look() -> tuple[int, int]:
+            finished = load.finished
+            return finished, sum(map(memory_of, family_of(service.process.pid)))
 
-def _bare_rate(count: int) -> float:
-    """Rate from the first result to the last, in a separate process [1/s]."""
-    command = [sys.executable, "-m", "benchmarks.study", str(count)]
-    done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=_ROOT)
-    return (count - 1) / float(done.stdout)
+        with watch(look, MEMORY_PERIOD) as samples:
+            study, _ = run_over_rest(service, describe_study(WARM_UP), Load())
+            service.seconds_of(f"{STUDIES}/{study}/map.svg")
+            yield service, samples
 
 
 def make_study(count: int) -> Study:
@@ -122,7 +213,7 @@ def write_study(
     study: Study,
     executor: Executor,
     file: Path,
-    watch: Callable[[StudyRow], None] = lambda row: None,
+    on_row: Callable[[StudyRow], None] = lambda row: None,
 ) -> None:
     """Executes a study, and writes its file.
 
@@ -130,20 +221,14 @@ def write_study(
         study: The study.
         executor: Executes the runs.
         file: Path of the file.
-        watch: Called with each row.
+        on_row: Called with each row.
 
     Raises:
         AssertionError: If not all runs are done.
     """
     with StudyWriter(file, study) as writer:
-        end = schedule_runs(
-            study,
-            executor,
-            writer,
-            should_stop=lambda: False,
-            watch=watch,
-            keep=lambda member: None,
-        )
+        never, drop = lambda: False, lambda member: None
+        end = schedule_runs(study, executor, writer, should_stop=never, watch=on_row, keep=drop)
         writer.finish(end)
     assert (end.state, end.runs) == ("completed", study.num_runs)
 
@@ -181,16 +266,15 @@ def _tabulate_answers(count: int, load: Load, peak: int) -> Table:
         f"Service and workers together took {peak / 1e6:.0f} MB at most; target "
         f"{MEMORY_TARGET / 1e6:.0f} MB: {met(peak < MEMORY_TARGET)}.",
     )
-    heads = (f"answers while {count} runs go on", "answers", "median [ms]", "95th percentile [ms]")
-    rows = tuple(
-        (
-            kind,
-            str(len(times)),
-            *(f"{MILLISECONDS * np.percentile(times, q):.0f}" for q in (50, 95)),
-        )
+    rows = {
+        kind: {
+            "answers": str(len(times)),
+            "median [ms]": f"{MILLISECONDS * np.median(times):.0f}",
+            "95th percentile [ms]": f"{MILLISECONDS * np.percentile(times, 95):.0f}",
+        }
         for kind, times in load.answers.items()
-    )
-    return Table("study-answers", heads, rows, notes)
+    }
+    return table_of_rows("study-answers", f"answers while {count} runs go on", rows, *notes)
 
 
 def measure_large_study(count: int = 10_000) -> Table:
@@ -200,22 +284,20 @@ def measure_large_study(count: int = 10_000) -> Table:
         count: Number of runs of the study.
     """
     load = Load()
-    with tempfile.TemporaryDirectory() as name, _watched(Path(name)) as (service, watch):
-        study, rate = run_over_rest(service, describe_study(count), watch, load)
+    with tempfile.TemporaryDirectory() as name, _watched(Path(name), load) as (service, samples):
+        study, rate = run_over_rest(service, describe_study(count), load)
         pages = _time_pages(service, study, count)
         size = (Path(name) / "studies" / f"{study}.mcap").stat().st_size
         assert not list(Path(name).glob("*.mcap")), "a run was kept unasked"
     # Over the second half, after everything is loaded.
-    half = [sample for sample in watch.samples if count / 2 < sample.progress < count]
+    half = [(done, memory) for done, memory in samples if count / 2 < done < count]
     done, memory = zip(*half, strict=True)
     slope = float(np.polyfit(done, memory, 1)[0])
+    peak, answers = max(memory for _, memory in samples), MILLISECONDS * load.percentile(95)
     rows = (
         ("runs per second", f"{rate:.0f}"),
-        (
-            "95th percentile of the answers meanwhile [ms]",
-            f"{MILLISECONDS * load.percentile(95):.0f}",
-        ),
-        ("peak memory of service and workers [MB]", f"{watch.peak / 1e6:.0f}"),
+        ("95th percentile of the answers meanwhile [ms]", f"{answers:.0f}"),
+        ("peak memory of service and workers [MB]", f"{peak / 1e6:.0f}"),
         ("memory per further run, second half [kB]", f"{slope / 1e3:.2f}"),
         ("file of the study, per run [B]", f"{size / count:.0f}"),
         *((f"{kind} [ms]", f"{MILLISECONDS * seconds:.0f}") for kind, seconds in pages.items()),
@@ -241,18 +323,13 @@ def _time_pages(service: Service, study: str, count: int) -> dict[str, float]:
     }
 
 
-def main() -> None:
-    """Simulates the runs of a study, and prints the time from the first to the last."""
+if __name__ == "__main__":
     os.nice(NICENESS)
-    study = make_study(int(sys.argv[1]))
-    scenarios = [study.scenario_of(index) for index in range(study.num_runs)]
+    bare_study = make_study(int(sys.argv[1]))
+    scenarios = [bare_study.scenario_of(index) for index in range(bare_study.num_runs)]
     runs = simulate_many(scenarios, threads=WORKERS)
     next(runs)
     start = time.perf_counter()
     for _ in runs:
         pass
-    sys.stdout.write(f"{time.perf_counter() - start}\n")
-
-
-if __name__ == "__main__":
-    main()
+    print(time.perf_counter() - start)

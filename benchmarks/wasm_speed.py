@@ -57,15 +57,11 @@ def compare_engines(engines: Mapping[str, Engine], path: Path, rounds: int = ROU
 def _least_seconds(
     engines: Mapping[str, Engine], scenario: Scenario, rounds: int
 ) -> dict[str, float]:
-    table = make_table(scenario)
-    works = {NATIVE: _seconds_natively} | {
-        name: engine.seconds_of_run for name, engine in engines.items()
-    }
-    least = dict.fromkeys(works, float("inf"))
-    for _ in range(rounds):
-        for name, work in works.items():
-            least[name] = min(least[name], work(table, scenario.simulation.duration))
-    return least
+    table, end = make_table(scenario), scenario.simulation.duration
+    works = {name: engine.seconds_of_run for name, engine in engines.items()}
+    works[NATIVE] = _seconds_natively
+    turns = [{name: work(table, end) for name, work in works.items()} for _ in range(rounds)]
+    return {name: min(turn[name] for turn in turns) for name in works}
 
 
 def _seconds_natively(table: Record, end: float) -> float:

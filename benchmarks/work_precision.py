@@ -7,8 +7,6 @@ rounded to a step but extrapolated: the zero of the line through the slip speeds
 
 from __future__ import annotations
 
-import statistics
-import time
 from collections.abc import Sequence
 from functools import partial
 from importlib.util import find_spec
@@ -16,20 +14,15 @@ from importlib.util import find_spec
 import numpy as np
 
 from benchmarks.mujoco_replay import replay_in_mujoco, stepping
-from benchmarks.replay import (
-    CASES,
-    DURATION,
-    Replay,
-    extrapolated_ends,
-    record_case,
-    slip_ends,
-)
+from benchmarks.replay import CASES, DURATION, Replay, extrapolated_ends, record_case, slip_ends
 from benchmarks.report import Table
 from benchmarks.timing import MILLISECONDS, median_seconds
-from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
+from slipgrasp.core.trace.trace import Trace
+from tests.references.continuous import run_continuous
+from tests.references.world import World
 
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
 MUJOCO_STEPS = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5)  # [s]
@@ -71,21 +64,21 @@ class Reference:
         }
         return with_values(load_scenario(self.case), values)
 
-    def judge_run(self, result: RunResult) -> tuple[float, float]:
-        """Errors of the event [s] and of the end state [m] of one of our runs."""
-        event = float(np.abs(slip_ends(result) - self.slip_ends).max())
-        return event, self._state_error(result.trace.object_pose[-1], result.trace.slip[-1])
+    def judge(self, motion: Trace | Replay, ends: np.ndarray) -> tuple[float, float]:
+        """Errors of the event [s] and of the end state [m].
+
+        Args:
+            motion: Our motion, or that of another engine.
+            ends: Times at which its contacts stop [s].
+        """
+        x, y, angle = np.abs(motion.object_pose[-1] - self.result.trace.object_pose[-1])
+        slips = np.abs(motion.slip[-1] - self.result.trace.slip[-1])
+        state = max(x, y, self._half_width * angle, slips.max())
+        return float(np.abs(ends - self.slip_ends).max()), float(state)
 
     def judge_replay(self, replay: Replay) -> tuple[float, float]:
-        """Errors of the event [s] and of the end state [m] of another engine."""
-        ends = extrapolated_ends(replay, len(self.slip_ends))
-        event = float(np.abs(ends - self.slip_ends).max())
-        return event, self._state_error(replay.object_pose[-1], replay.slip[-1])
-
-    def _state_error(self, pose: np.ndarray, slip: np.ndarray) -> float:
-        x, y, angle = np.abs(pose - self.result.trace.object_pose[-1])
-        slips = np.abs(slip - self.result.trace.slip[-1])
-        return float(max(x, y, self._half_width * angle, slips.max()))
+        """The same for another engine, whose event is extrapolated."""
+        return self.judge(replay, extrapolated_ends(replay, len(self.slip_ends)))
 
 
 def run() -> list[Table]:
@@ -113,9 +106,10 @@ def measure_ours(
     """Our runs, one row per relative tolerance; a run takes a millisecond or two."""
     works = {f"{t:g}": partial(simulate, reference.scenario(t)) for t in tolerances}
     seconds = median_seconds(works, rounds)
+    runs = ((name, work()) for name, work in works.items())
     return [
-        _row(reference, OURS, name, seconds[name], reference.judge_run(work()))
-        for name, work in works.items()
+        _row(reference, OURS, name, seconds[name], reference.judge(run.trace, slip_ends(run)))
+        for name, run in runs
     ]
 
 
@@ -123,13 +117,13 @@ def measure_mujoco(
     reference: Reference, steps: Sequence[float] = MUJOCO_STEPS, rounds: int = 9
 ) -> list[Row]:
     """MuJoCo with our torques, one replay per time step."""
-    works = {step: stepping(reference.torques, step) for step in steps}
-    seconds = median_seconds({f"{step:g}": work for step, work in works.items()}, rounds)
-    rows = []
-    for step in steps:
-        errors = reference.judge_replay(replay_in_mujoco(reference.torques, step))
-        rows.append(_row(reference, "MuJoCo", f"{1e3 * step:g} ms", seconds[f"{step:g}"], errors))
-    return rows
+    works = {f"{1e3 * step:g} ms": stepping(reference.torques, step) for step in steps}
+    seconds = median_seconds(works, rounds)
+    replays = (replay_in_mujoco(reference.torques, step) for step in steps)
+    return [
+        _row(reference, "MuJoCo", name, own, reference.judge_replay(replay))
+        for (name, own), replay in zip(seconds.items(), replays, strict=True)
+    ]
 
 
 def measure_drake(
@@ -138,16 +132,11 @@ def measure_drake(
     """Drake with our torques, one replay per time step; its Python binding steps it."""
     from benchmarks.drake_replay import replay_in_drake
 
-    replay_in_drake(reference.torques, steps[0])  # imports are not counted
     rows = []
     for step in steps:
-        times, errors = [], (0.0, 0.0)
-        for _ in range(rounds):
-            start = time.process_time()
-            replay = replay_in_drake(reference.torques, step)
-            times.append(time.process_time() - start)
-            errors = reference.judge_replay(replay)
-        seconds = statistics.median(times)
+        work = partial(replay_in_drake, reference.torques, step)
+        (seconds,) = median_seconds({"": work}, rounds).values()
+        errors = reference.judge_replay(work())
         rows.append(_row(reference, "Drake", f"{1e3 * step:g} ms", seconds, errors))
     return rows
 
@@ -161,9 +150,6 @@ def _row(
 
 def oracle_difference(reference: Reference) -> float:
     """Deviation of the reference from the tests' oracle in the end of slip [s]."""
-    from tests.references.continuous import run_continuous
-    from tests.references.world import World
-
     world = World.from_scenario(load_scenario(reference.case))
     oracle = run_continuous(world, reference.duration, [])
     contacts = range(len(reference.slip_ends))

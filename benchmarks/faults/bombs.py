@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import struct
-import subprocess
 import sys
 import tempfile
 import time
 import zlib
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -21,11 +21,12 @@ from numpy.typing import NDArray
 
 from benchmarks.faults.damage import small_run
 from benchmarks.memory import peak_memory
+from benchmarks.processes import run_module
 from benchmarks.report import Table
 from slipgrasp.core.run.provenance import present_provenance
 from slipgrasp.core.scenario.loading import load_scenario
 from slipgrasp.core.trace.signals import TraceShape
-from slipgrasp.core.trace.types import ContactPhase, PhaseChange
+from slipgrasp.core.trace.types import PhaseChange
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.file.chunks import ChunkWriter
 from slipgrasp.recordings.file.container import MAGIC, McapContainer
@@ -42,15 +43,7 @@ from slipgrasp.recordings.file.documents import (
 from slipgrasp.recordings.file.foxglove.layouts import FrameClock
 from slipgrasp.recordings.file.reader import read_recording, read_unfinished
 
-_READER = """
-import json, sys
-from pathlib import Path
-from benchmarks.faults.bombs import defuse
-from slipgrasp.recordings.file.reader import read_recording, read_unfinished
-reads = (read_recording, read_unfinished)[: int(sys.argv[2])]
-print(json.dumps(defuse(Path(sys.argv[1]), reads)))
-"""
-
+READS = (read_recording, read_unfinished)
 MAX_SECONDS = 1.0
 MAX_MEGABYTES = 64.0
 CHUNK = 1 << 23
@@ -68,7 +61,6 @@ class Bomb:
     def __init__(self, stream: BinaryIO) -> None:
         scenario = load_scenario("paper-case-2")
         shape = TraceShape(2, tuple(estimate.parameter for estimate in scenario.estimates))
-        self.stream = stream
         self.container = McapContainer(stream, profile=PROFILE, library="bomb")
         self.start = start_document(shape, present_provenance(), 0, 0.0)
         self.container.add_metadata(START, self.start)
@@ -135,12 +127,7 @@ def _many_samples(bomb: Bomb) -> bytes:
 
 def _many_phase_changes(bomb: Bomb) -> bytes:
     run = small_run()
-    change = PhaseChange(
-        time=run.end_time,
-        contact=0,
-        from_phase=ContactPhase.STICK,
-        to_phase=ContactPhase.SLIP_FORWARD,
-    )
+    change = replace(run.phase_changes[-1], time=run.end_time)
     rows = run.trace.to_rows()[:0]
     return _finish_run(bomb, scenario_document(run.scenario), rows, [change] * 20_000, repeats=50)
 
@@ -220,7 +207,7 @@ def write_bombs(folder: Path, bombs: Mapping[str, Make] = BOMBS) -> dict[str, Pa
 
 
 def defuse(
-    path: Path, reads: Sequence[Callable[[Path], object]] = (read_recording, read_unfinished)
+    path: Path, reads: Sequence[Callable[[Path], object]] = READS
 ) -> tuple[float, float, list[str]]:
     """Reads a hostile file by several methods, in this process.
 
@@ -257,8 +244,11 @@ def defuse_all() -> Table:
 
 
 def _row(name: str, path: Path, num_reads: int) -> tuple[str, ...]:
-    command = [sys.executable, "-c", _READER, str(path), str(num_reads)]
-    answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    answer = run_module("benchmarks.faults.bombs", str(path), str(num_reads))
     seconds, megabytes, findings = json.loads(answer)
     assert seconds < MAX_SECONDS and megabytes < MAX_MEGABYTES, (name, answer, findings)
     return name, f"{path.stat().st_size / 1e6:.2f}", f"{seconds:.3f}", f"{megabytes:.1f}"
+
+
+if __name__ == "__main__":
+    print(json.dumps(defuse(Path(sys.argv[1]), READS[: int(sys.argv[2])])))

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.processes import Watch, peak_of
+from benchmarks.processes import peak_of, watch
 from benchmarks.service import Address, serve
 from benchmarks.timing import on_threads
+from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.store.store import RecordingStore
@@ -41,10 +42,10 @@ def hold_connections(idle: int, slow: int, seconds: float) -> dict[str, Any]:
                 client = open_sockets.enter_context(socket.create_connection(service.address))
                 if i < slow:
                     client.sendall(slow_request(service.address))
-            with Watch(partial(service.seconds_of, "/health"), POLL) as health:
+            with watch(partial(service.seconds_of, "/health"), POLL) as health:
                 time.sleep(seconds)
         log = service.log.stat().st_size / 1e3
-    return {"idle": idle, "slow": slow, "slowest": max(health.samples), "log": log}
+    return {"idle": idle, "slow": slow, "slowest": max(health), "log": log}
 
 
 def read_signals(clients: int, duration: float, names: str) -> dict[str, Any]:
@@ -61,20 +62,24 @@ def read_signals(clients: int, duration: float, names: str) -> dict[str, Any]:
         requests [ms].
     """
     with tempfile.TemporaryDirectory() as folder:
-        run_id, size = _large_recording(Path(folder), duration)
+        store = RecordingStore(Path(folder))
+        store.prepare()
+        reservation = store.reserve()
+        recorded = record(long_run(duration), reservation.path)
+        stored = store.register(reservation, recorded.result)
         with serve(Path(folder)) as service:
             read = partial(service.exchange, keep=0)
-            with Watch(partial(service.seconds_of, "/health"), POLL) as health:
-                path = f"/runs/{run_id}/signals?names={names}"
+            with watch(partial(service.seconds_of, "/health"), POLL) as health:
+                path = f"/runs/{stored.id}/signals?names={names}"
                 answers = on_threads(read, [path] * clients, clients)
             counts = Counter(answer.status for answer in answers)
             peak = peak_of(service.process.pid)
     return {
         "clients": clients,
         "statuses": ", ".join(f"{n} answered {code}" for code, n in sorted(counts.items())),
-        "size": size / 1e6,
+        "size": stored.size / 1e6,
         "peak": peak / 1e6,
-        "p95": 1e3 * float(np.quantile(health.samples, 0.95)),
+        "p95": 1e3 * float(np.quantile(health, 0.95)),
     }
 
 
@@ -89,11 +94,7 @@ def slow_request(address: Address) -> bytes:
     return ("\r\n".join(lines) + "\r\n\r\n{").encode()
 
 
-def _large_recording(folder: Path, duration: float) -> tuple[str, int]:
+def long_run(duration: float) -> Scenario:
+    """A run whose recording has 4.2 MB per second of its duration [s]."""
     values = {"simulation.output_rate": 10_000.0, "simulation.duration": duration}
-    store = RecordingStore(folder)
-    store.prepare()
-    reservation = store.reserve()
-    recorded = record(with_values(load_scenario("paper-case-1"), values), reservation.path)
-    stored = store.register(reservation, recorded.result)
-    return stored.id, stored.size
+    return with_values(load_scenario("paper-case-1"), values)

@@ -9,40 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.service import Service, serve
+from benchmarks.study import random_study
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.file.recorder import record
 
 LARGEST_JUMP = 10_800
 """Largest deviation of the clock from the right time [s]."""
-
-JUMPING = """
-#define _GNU_SOURCE
-#include <dlfcn.h>
-#include <stdlib.h>
-#include <sys/time.h>
-#include <time.h>
-
-/* The right time and half of a second are in the same jump; the next is anywhere. */
-static time_t jump(const struct timespec *now) {
-    unsigned seed = 2 * now->tv_sec + (now->tv_nsec >= 500000000);
-    return rand_r(&seed) % (2 * LARGEST + 1) - LARGEST;
-}
-
-int clock_gettime(clockid_t which, struct timespec *now) {
-    static int (*real)(clockid_t, struct timespec *);
-    if (!real) real = dlsym(RTLD_NEXT, "clock_gettime");
-    int failed = real(which, now);
-    if (!failed && which == CLOCK_REALTIME) now->tv_sec += jump(now);
-    return failed;
-}
-
-time_t time(time_t *told) {
-    struct timespec now;
-    clock_gettime(CLOCK_REALTIME, &now);
-    if (told) *told = now.tv_sec;
-    return now.tv_sec;
-}
-"""
 
 
 def jump_while_serving(runs: int) -> dict[str, Any]:
@@ -64,7 +36,9 @@ def jump_while_serving(runs: int) -> dict[str, Any]:
         jumping = {"LD_PRELOAD": str(_compile(folder))}
         with serve(folder, environment=jumping) as service:
             made = [service.run_after_end(service.ask("/runs", _run(i))["id"]) for i in range(runs)]
-            study = service.ask("/studies", _study(runs))["id"]
+            kept: dict[str, Any] = {"set": {"simulation.duration": 0.2}, "recordings": "all"}
+            request = random_study(runs, {"object.mass": (0.8, 1.6)}, **kept)
+            study = service.ask("/studies", request)["id"]
             events = service.exchange(f"/studies/{study}/events").content
             assert b"event: end" in events
             ended = service.ask(f"/studies/{study}")
@@ -79,8 +53,7 @@ def jump_while_serving(runs: int) -> dict[str, Any]:
 
 
 def _compile(folder: Path) -> Path:
-    source, library = folder / "jumping.c", folder / "jumping.so"
-    source.write_text(JUMPING)
+    source, library = Path(__file__).with_name("jumping_clock.c"), folder / "jumping.so"
     options = ["-shared", "-fPIC", f"-DLARGEST={LARGEST_JUMP}", "-o", str(library), str(source)]
     subprocess.run(["cc", *options, "-ldl"], check=True)
     return library
@@ -89,15 +62,6 @@ def _compile(folder: Path) -> Path:
 def _run(i: int) -> dict[str, Any]:
     values = {"simulation.duration": 0.5, "object.mass": 1.0 + 0.01 * i}
     return {"scenario": "paper-case-1", "set": values}
-
-
-def _study(runs: int) -> dict[str, Any]:
-    return {
-        "base": "paper-case-1",
-        "set": {"simulation.duration": 0.2},
-        "sampling": {"method": "random", "runs": runs, "seed": 1},
-        "vary": {"object.mass": {"min": 0.8, "max": 1.6}},
-    }
 
 
 def _check(service: Service, run: dict[str, Any], here: Path, asked: dict[str, Any]) -> None:

@@ -102,8 +102,12 @@ def _read(file: Path, data: bytes | bytearray, run: RunResult) -> bool:
 
 
 def _recover(file: Path, data: bytes | bytearray, run: RunResult) -> int:
-    """Number of its recovered samples."""
     file.write_bytes(data)
+    return count_recovered(file, run)
+
+
+def count_recovered(file: Path, run: RunResult) -> int:
+    """Number of recovered samples of a file, which must be a prefix of a run."""
     try:
         result = read_unfinished(file).result
     except RecordingError:

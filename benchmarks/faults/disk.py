@@ -8,14 +8,15 @@ import os
 import random
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, BinaryIO
+from typing import Any
+from unittest.mock import patch
 
-from benchmarks.faults.damage import assert_prefix
+from benchmarks.faults.damage import assert_prefix, count_recovered
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario import Scenario
@@ -23,11 +24,12 @@ from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.exceptions import RecordingError
 from slipgrasp.recordings.file import atomic_file, recorder
-from slipgrasp.recordings.file.reader import read_recording, read_unfinished
+from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.recorder import record
 from slipgrasp.recordings.file.writer import write_recording
 
 Clock = Callable[[], float]
+Sizes = list[tuple[float, int]]
 
 ERRORS = {"full": errno.ENOSPC, "broken": errno.EIO, "quota": errno.EDQUOT, "torn": errno.ENOSPC}
 KINDS = tuple(ERRORS)
@@ -102,13 +104,9 @@ def _fail_write(folder: Path, whole: RunResult, number: int, kind: str) -> int |
 def _left_of(path: Path, whole: RunResult) -> int:
     part = atomic_file.part_of(path)
     try:
-        result = read_unfinished(part).result
-    except RecordingError:
-        return 0
+        return count_recovered(part, whole)
     finally:
         part.unlink(missing_ok=True)
-    assert_prefix(result, whole)
-    return len(result.trace)
 
 
 class SyncedFile(io.FileIO):
@@ -122,7 +120,7 @@ class SyncedFile(io.FileIO):
     def __init__(self, descriptor: int, clock: Clock) -> None:
         super().__init__(descriptor, "wb")
         self._clock = clock
-        self.sizes: list[tuple[float, int]] = []
+        self.sizes = Sizes()
 
     def write(self, data: Any) -> int:
         """Writes, and records the size."""
@@ -132,10 +130,7 @@ class SyncedFile(io.FileIO):
 
 
 def cut_the_power(
-    seed: int,
-    moments: int = 200,
-    duration: float = 300.0,
-    clock: Clock = time.monotonic,
+    seed: int, moments: int = 200, duration: float = 300.0, clock: Clock = time.monotonic
 ) -> dict[str, Any]:
     """Drops unsynced data at random moments of a run.
 
@@ -177,14 +172,9 @@ def cut_the_power(
     return {"moments": moments, "loss": max(losses)}
 
 
-def _watch_a_slow_run(
-    scenario: Scenario,
-    clock: Clock,
-) -> tuple[list[tuple[float, int]], list[tuple[float, int]]]:
+def _watch_a_slow_run(scenario: Scenario, clock: Clock) -> tuple[Sizes, Sizes]:
     """Sizes of the file of a run over time, and the times at which they were synced."""
-    opened: list[SyncedFile] = []
-    synced: list[tuple[float, int]] = []
-    real_sync = os.fsync
+    opened, synced, real_sync = list[SyncedFile](), Sizes(), os.fsync
 
     def remember(descriptor: int) -> SyncedFile:
         opened.append(SyncedFile(descriptor, clock))
@@ -198,29 +188,13 @@ def _watch_a_slow_run(
     with (
         tempfile.TemporaryDirectory() as folder,
         growing_files(remember),
-        _replaced(os, "fsync", sync),
-        _replaced(recorder, "time", SimpleNamespace(monotonic=clock)),
+        patch.object(os, "fsync", sync),
+        patch.object(recorder, "time", SimpleNamespace(monotonic=clock)),
     ):
         record(scenario, Path(folder) / "run.mcap")
     return opened[0].sizes, synced
 
 
-@contextmanager
-def growing_files(make: Callable[[int], io.FileIO]) -> Iterator[None]:
+def growing_files(make: Callable[[int], io.FileIO]) -> AbstractContextManager[object]:
     """A context in which every growing file is created by ``make``."""
-
-    def open_raw(descriptor: int, mode: str) -> BinaryIO:
-        return io.BufferedWriter(make(descriptor))
-
-    with _replaced(os, "fdopen", open_raw):
-        yield
-
-
-@contextmanager
-def _replaced(owner: Any, name: str, value: object) -> Iterator[None]:
-    before = getattr(owner, name)
-    setattr(owner, name, value)
-    try:
-        yield
-    finally:
-        setattr(owner, name, before)
+    return patch.object(os, "fdopen", lambda descriptor, _: io.BufferedWriter(make(descriptor)))

@@ -8,18 +8,20 @@ import resource
 import shutil
 import signal
 import tempfile
-import threading
 import time
 from collections import Counter
-from contextlib import suppress
+from contextlib import ExitStack, suppress
+from functools import partial
+from http.client import HTTPException
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from benchmarks.faults.clients import long_run
 from benchmarks.faults.kills import size_of, wait_until
-from benchmarks.service import POLL, serve, start_service
-from slipgrasp.core.scenario.loading import load_scenario, with_values
+from benchmarks.processes import background_threads
+from benchmarks.service import POLL, Service, serve
 from slipgrasp.recordings.file.atomic_file import part_of
 from slipgrasp.recordings.file.reader import read_unfinished
 from slipgrasp.recordings.file.recorder import record
@@ -68,20 +70,13 @@ def kill_services(count: int, seed: int) -> dict[str, Any]:
 
 
 def _kill_busy_service(folder: Path, at_size: float) -> None:
-    service = start_service(folder)
-
-    def request_run() -> None:
-        with suppress(OSError):
+    def request_run(service: Service, _ended: object) -> None:
+        with suppress(OSError, HTTPException):
             service.exchange("/runs", LONG_RUN)
 
-    with service.process:
-        clients = [threading.Thread(target=request_run) for _ in range(RUNS)]
-        for client in clients:
-            client.start()
+    with ExitStack() as clients, serve(folder, kill=True) as service:
+        clients.enter_context(background_threads(*[partial(request_run, service)] * RUNS))
         wait_until(lambda: sum(size_of(p) > at_size for p in folder.glob("*.part")) == RUNS)
-        service.process.kill()
-    for client in clients:
-        client.join()
     assert service.process.returncode == -signal.SIGKILL
     assert not list(folder.glob(f"*{RECORDING_SUFFIX}")), "a run had ended before the kill"
 
@@ -116,9 +111,8 @@ def restart_with_unfinished(count: int, duration: float) -> dict[str, Any]:
 
 def _leave_unfinished(folder: Path, count: int, duration: float) -> tuple[float, int]:
     """Copies of a truncated recording; the time of its last sample [s], and its size."""
-    values = {"simulation.output_rate": 10_000.0, "simulation.duration": duration}
     first = folder / f"{0:012d}{RECORDING_SUFFIX}"
-    record(with_values(load_scenario("paper-case-1"), values), first)
+    record(long_run(duration), first)
     part = part_of(first)
     first.rename(part)
     size = part.stat().st_size * 19 // 20

@@ -7,7 +7,6 @@ recovered one must be a prefix of its run.
 from __future__ import annotations
 
 import random
-import subprocess
 import tempfile
 import time
 from collections import Counter
@@ -17,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.faults.kills import PRESET, size_of, start_run, wait_until
-from benchmarks.service import POLL, start_service
+from benchmarks.service import POLL, serve
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.file.reader import read_recording
 from slipgrasp.recordings.file.recovery import RECORDING_SUFFIX, recover_orphans
@@ -76,17 +75,12 @@ class _Whole:
 
     def __init__(self, path: Path) -> None:
         began = time.monotonic()
-        process = start_run(path, VALUES)
-        wait_until(path.exists)
-        self.seconds = time.monotonic() - began
-        _kill(process)
+        with start_run(path, VALUES) as process:
+            wait_until(path.exists)
+            self.seconds = time.monotonic() - began
+            process.kill()
         self.data = path.read_bytes()
         self.rows = read_recording(path).trace.to_rows()
-
-
-def _kill(process: subprocess.Popen[Any]) -> None:
-    with process:
-        process.kill()
 
 
 def _at_random(whole: _Whole, source: random.Random, _parts: _Parts) -> None:
@@ -106,9 +100,9 @@ def _in_last_second(whole: _Whole, source: random.Random, parts: _Parts) -> None
 def _kill_run(folder: Path, aim: _Aim) -> tuple[Path, bool]:
     """Kills a run; returns the recovered recording, and whether it had its name before."""
     path = folder / f"run{RECORDING_SUFFIX}"
-    process = start_run(path, VALUES)
-    aim(lambda: list(folder.glob(f"{path.name}*")))
-    _kill(process)
+    with start_run(path, VALUES) as process:
+        aim(lambda: list(folder.glob(f"{path.name}*")))
+        process.kill()
     was_named = path.exists()
     recover_orphans(folder)
     return path, was_named
@@ -116,17 +110,15 @@ def _kill_run(folder: Path, aim: _Aim) -> tuple[Path, bool]:
 
 def _kill_service(folder: Path, aim: _Aim) -> tuple[Path, bool]:
     """The same with a service, whose successor recovers its recording."""
-    service = start_service(folder)
     body = {"scenario": PRESET, "set": VALUES}
-    run_id = service.ask("/runs", body, "respond-async")["id"]
-    path = folder / f"{run_id}{RECORDING_SUFFIX}"
-    aim(lambda: list(folder.glob(f"{path.name}*")))
-    _kill(service.process)
+    with serve(folder, kill=True) as service:
+        run_id = service.ask("/runs", body, "respond-async")["id"]
+        path = folder / f"{run_id}{RECORDING_SUFFIX}"
+        aim(lambda: list(folder.glob(f"{path.name}*")))
     was_named = path.exists()
-    successor = start_service(folder)
-    while successor.ask("/health")["recovering"]:
-        time.sleep(POLL)
-    _kill(successor.process)
+    with serve(folder, kill=True) as successor:
+        while successor.ask("/health")["recovering"]:
+            time.sleep(POLL)
     return path, was_named
 
 

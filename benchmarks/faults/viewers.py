@@ -6,13 +6,13 @@ import asyncio
 import subprocess
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from benchmarks.dashboard import serve_dashboard
-from benchmarks.dashboard_viewers import Watched, come_and_go, view
+from benchmarks.dashboard_viewers import Watched, come_and_go, observe, watching
 from benchmarks.processes import processor_time_of
 from benchmarks.service import Service
 
@@ -49,37 +49,29 @@ async def _mix(
     served: Service, polite: int, rude: int, rounds: int, seconds: float, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Updates of the well-behaved viewers, also per processor time, alone and with the others."""
-    alone, beside, seen = [], [], [Watched() for _ in range(polite)]
-    viewers = [asyncio.create_task(view(served.socket, one)) for one in seen]
+    alone, beside = [], []
     command = [sys.executable, "-m", "benchmarks.faults.rude_viewers", served.socket, str(rude)]
-    await asyncio.sleep(SETTLE_EACH * polite)
-    for number in range(rounds):
-        alone.append(await _watch(served, seen, seconds))
-        others = await asyncio.create_subprocess_exec(
-            *command, f"{seed} {number}", stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
-        assert others.stdout is not None
-        await others.stdout.readline()  # They connect now, and each starts a session.
-        await asyncio.sleep(SETTLE)
-        beside.append(await _watch(served, seen, seconds))
-        await others.communicate(b"")
-        assert others.returncode == 0, "somebody was not sent away as expected"
-    gone = sum(viewer.done() for viewer in viewers)
-    for viewer in viewers:
-        viewer.cancel()
-        with suppress(asyncio.CancelledError):
-            await viewer
-    assert not gone, f"{gone} of {polite} well-mannered viewers were sent away"
+    async with watching(served.socket, polite) as seen:
+        await asyncio.sleep(SETTLE_EACH * polite)
+        for number in range(rounds):
+            alone.append(await _count_updates(served, seen, seconds))
+            others = await asyncio.create_subprocess_exec(
+                *command, f"{seed} {number}", stdin=subprocess.PIPE, stdout=subprocess.PIPE
+            )
+            assert others.stdout is not None
+            await others.stdout.readline()  # They connect now, and each starts a session.
+            await asyncio.sleep(SETTLE)
+            beside.append(await _count_updates(served, seen, seconds))
+            await others.communicate(b"")
+            assert others.returncode == 0, "a viewer was not disconnected as expected"
     totals = (np.sum(turns, axis=0) for turns in (alone, beside))
     first, second = (np.array([updates, updates / work]) for updates, work in totals)
     return first, second
 
 
-async def _watch(served: Service, seen: Sequence[Watched], seconds: float) -> tuple[int, float]:
+async def _count_updates(
+    served: Service, seen: Sequence[Watched], seconds: float
+) -> tuple[int, float]:
     """Number of updates of all viewers in some time, and processor time of the server [s]."""
-    for one in seen:
-        one.forget()
-    began = processor_time_of(served.process.pid)
-    await asyncio.sleep(seconds)
-    work = processor_time_of(served.process.pid) - began
+    work = await observe(seen, seconds, partial(processor_time_of, served.process.pid))
     return sum(len(one.arrivals) for one in seen), work

@@ -12,11 +12,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from benchmarks.processes import family_of
-from benchmarks.study import write_study
+from benchmarks.processes import background_threads, family_of
+from benchmarks.study import random_study, write_study
 from slipgrasp.core.executors import make_executor
 from slipgrasp.core.scenario.loading import load_scenario
-from slipgrasp.core.study.definition import Study
 from slipgrasp.core.study.loading import study_from_mapping
 
 WORKERS = 2
@@ -44,7 +43,8 @@ def kill_workers(
         AssertionError: If the two studies are not the same file, or a study with kills at an
             interval finishes earlier.
     """
-    study = _short_runs(runs)
+    ranges = {"object.mass": (0.7, 1.6), "simulation.duration": (0.1, 1.0)}
+    study = study_from_mapping(random_study(runs, ranges), load_scenario)
     with tempfile.TemporaryDirectory() as name:
         files = Path(name) / "undisturbed.mcap", Path(name) / "killed.mcap"
         with make_executor("processes", workers=WORKERS) as executor:
@@ -53,25 +53,12 @@ def kill_workers(
         with make_executor(engine, workers=WORKERS) as executor:
             if every is not None:
                 executor.prepare()
-            with killer:
+            with background_threads(killer.kill_repeatedly):
                 write_study(study, executor, files[1], lambda _row: killer.went_on.set())
         assert files[0].read_bytes() == files[1].read_bytes(), "a kill has changed the study"
     kills = killer.times
     assert every is None or len(kills) == count, "the study was done before"
     return {"killed": len(kills), "runs": runs, "seconds": kills[-1] - kills[0] if kills else 0.0}
-
-
-def _short_runs(runs: int) -> Study:
-    mapping = {
-        "base": "paper-case-1",
-        "sampling": {"method": "random", "runs": runs, "seed": 1},
-        "recordings": "none",
-        "vary": {
-            "object.mass": {"min": 0.7, "max": 1.6},
-            "simulation.duration": {"min": 0.1, "max": 1.0},
-        },
-    }
-    return study_from_mapping(mapping, load_scenario)
 
 
 class _Killer:
@@ -87,31 +74,20 @@ class _Killer:
         self.went_on = threading.Event()
         self._count, self._source, self._every = count, source, every
         self._others = set(family_of(os.getpid()))
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._kill_repeatedly, daemon=True)
 
-    def __enter__(self) -> None:
-        self._thread.start()
-
-    def __exit__(self, *_: object) -> None:
-        self._ended.set()
-        self._thread.join()
-
-    def _kill_repeatedly(self) -> None:
-        while len(self.times) < self._count and not self._ended.wait(self._every or POLL):
+    def kill_repeatedly(self, ended: threading.Event) -> None:
+        """Kills workers until the study ends."""
+        while len(self.times) < self._count and not ended.wait(self._every or POLL):
             if self._every is None:
                 if not self.went_on.is_set():
                     continue
                 time.sleep(self._source.uniform(*PAUSES))
-            self._kill_one()
+            workers = sorted(filter(_is_worker, set(family_of(os.getpid())) - self._others))
+            if workers and not ended.is_set():
+                with suppress(ProcessLookupError):
+                    os.kill(self._source.choice(workers), signal.SIGKILL)
+                    self.times.append(time.monotonic())
             self.went_on.clear()
-
-    def _kill_one(self) -> None:
-        workers = sorted(filter(_is_worker, set(family_of(os.getpid())) - self._others))
-        if workers and not self._ended.is_set():
-            with suppress(ProcessLookupError):
-                os.kill(self._source.choice(workers), signal.SIGKILL)
-                self.times.append(time.monotonic())
 
 
 def _is_worker(process: int) -> bool:

@@ -15,13 +15,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.processes import background_threads, family_of, memory_of, own_memory_of, watch
 from benchmarks.report import Table
 from benchmarks.service import serve
 from benchmarks.soak.asking import Tally
-from benchmarks.soak.observing import Sample, observe
 from benchmarks.soak.researcher import Researcher
 from benchmarks.soak.strangers import Loiterer, play_prank
 from benchmarks.soak.visitors import visit_until
@@ -36,6 +37,24 @@ PAUSES = {"Researcher": 0.5, "Prankster": 0.5, "Loiterer": 2.0}
 """Mean time between two actions of each user [s]."""
 
 HOUR = 3600.0
+
+
+class Sample(NamedTuple):
+    """Resources at one instant.
+
+    Attributes:
+        time: Time since the start [s].
+        service_memory: Memory of the service, including its part of shared pages [B].
+        own_memory: The part of it that the service has written itself [B].
+        worker_memory: Memory of its descendants, including their parts of shared pages [B].
+        descriptors: Number of open files and sockets of the service.
+    """
+
+    time: float
+    service_memory: int
+    own_memory: int
+    worker_memory: int
+    descriptors: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,50 +111,49 @@ def soak(seconds: float, seed: int, spell: float = SPELL, rest: float = REST) ->
     rests = []
     with tempfile.TemporaryDirectory() as folder, serve(Path(folder)) as service:
         tally, began = Tally(service.address), time.monotonic()
-        with observe(service.process.pid, lambda: tally.total, PERIOD) as observer:
+
+        def look() -> Sample:
+            process, *workers = family_of(service.process.pid)
+            return Sample(
+                time.monotonic() - began,
+                memory_of(process),
+                own_memory_of(process),
+                sum(map(memory_of, workers)),
+                len(list(Path(f"/proc/{process}/fd").iterdir())),
+            )
+
+        with watch(look, PERIOD) as samples:
             while time.monotonic() - began < seconds:
                 _load(tally, seed + 1000 * len(rests), spell)
                 time.sleep(rest)
-                rests.append(observer.look())
-        return Soak(tally, observer.samples, rests, service.log.read_text(errors="replace"))
+                rests.append(look())
+        return Soak(tally, samples, rests, service.log.read_text(errors="replace"))
 
 
 def _load(tally: Tally, seed: int, seconds: float) -> None:
     """Runs all users for some time; returns once all have left."""
-    ended = threading.Event()
     researchers = [Researcher(tally, seed + i) for i in range(RESEARCHERS)]
     loiterer, pranks = Loiterer(tally, seed), random.Random(seed)
     users = [("Researcher", each.act) for each in researchers]
     users += [("Loiterer", loiterer.act), ("Prankster", partial(play_prank, tally, pranks))]
-    threads = [threading.Thread(target=_act_until, args=(ended, *u, tally, seed)) for u in users]
-    threads.append(threading.Thread(target=visit_until, args=(ended, tally, seed)))
-    for thread in threads:
-        thread.start()
-    time.sleep(seconds)
-    ended.set()
-    for thread in threads:
-        thread.join()
+    acts = (partial(_act_until, *user, tally, random.Random(seed)) for user in users)
+    with background_threads(*acts, partial(visit_until, tally, seed)):
+        time.sleep(seconds)
     for each in (*researchers, loiterer):
         each.tidy_up()
 
 
 def _act_until(
-    ended: threading.Event, name: str, act: Callable[[], None], tally: Tally, seed: int
+    name: str, act: Callable[[], None], tally: Tally, source: random.Random, ended: threading.Event
 ) -> None:
-    source = random.Random(seed)
     while not ended.wait(source.expovariate(1.0 / PAUSES[name])):
         try:
             act()
         except Exception as error:  # Any error is caused by the service.
-            tally.blame(name, f"{error!r} in {_place_of(error)}")
-
-
-def _place_of(error: BaseException) -> str:
-    """Function and line of our code in which an error occurred."""
-    frames = traceback.extract_tb(error.__traceback__)
-    return next(
-        (f"{f.name}, line {f.lineno}" for f in reversed(frames) if "soak" in f.filename), ""
-    )
+            frames = reversed(traceback.extract_tb(error.__traceback__))
+            own = next((frame for frame in frames if "soak" in frame.filename), None)
+            place = f" in {own.name}, line {own.lineno}" if own else ""
+            tally.blame(name, f"{error!r}{place}")
 
 
 def tabulate(found: Soak) -> Table:
@@ -143,7 +161,7 @@ def tabulate(found: Soak) -> Table:
     tally, rests = found.tally, found.settled_rests
     seconds = found.samples[-1].time
     failed = sum(n for (_, ending), n in tally.counts.items() if ending.startswith("5"))
-    memory = [rest.service_memory for rest in rests]
+    _, memory, own, workers, descriptors = zip(*rests, strict=True)
     peak = max(sample.service_memory for sample in found.samples)
     rows = (
         ("time", f"{seconds / 60.0:.0f} min", ""),
@@ -154,19 +172,11 @@ def tabulate(found: Soak) -> Table:
         ("log", f"{len(found.log) / 1e3:.1f} kB", ""),
         ("answers without 2xx, 3xx or 4xx", f"{failed}", "0"),
         ("memory of the service at rest", _range(memory, 1e6, "MB"), ""),
-        (
-            "what it has written itself of that",
-            _range([r.own_memory for r in rests], 1e6, "MB"),
-            "",
-        ),
+        ("what it has written itself of that", _range(own, 1e6, "MB"), ""),
         ("slope of that", _slope(rests), "below 1 MB/h"),
-        ("memory of its workers at rest", _range([r.worker_memory for r in rests], 1e6, "MB"), ""),
+        ("memory of its workers at rest", _range(workers, 1e6, "MB"), ""),
         ("largest memory of the service", f"{peak / 1e6:.0f} MB", "1000 MB"),
-        (
-            "descriptors of the service at rest",
-            _range([rest.service_descriptors for rest in rests], 1.0, ""),
-            "always the same",
-        ),
+        ("descriptors of the service at rest", _range(descriptors, 1.0, ""), "always the same"),
     )
     return Table("soak", ("under mixed load", "found", "target"), rows)
 

@@ -62,6 +62,7 @@ class Tally:
         expected: Iterable[int],
         body: Body = None,
         headers: Mapping[str, str] | None = None,
+        keep: int | None = None,
     ) -> Answer:
         """Sends a request, counts the response, and records deviations from the specification.
 
@@ -72,12 +73,13 @@ class Tally:
             expected: Allowed statuses.
             body: Body; a mapping is sent as JSON.
             headers: Headers in addition to those of the body.
+            keep: Number of bytes of the response that are kept; all by default.
 
         Raises:
             ConnectionError: If there is no response.
         """
         try:
-            answer = exchange(self.address, method, path, body, headers)
+            answer = exchange(self.address, method, path, body, headers, keep)
         except (OSError, http.client.HTTPException) as error:
             raise ConnectionError(f"{method} {path[:200]}: {error!r}") from error
         self.note(kind, str(answer.status))

@@ -14,6 +14,7 @@ from typing import Any
 from benchmarks.service import Answer
 from benchmarks.soak.asking import Tally
 from benchmarks.soak.strangers import BINARY
+from benchmarks.study import random_study
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.trace.types import Outcome
 from slipgrasp.recordings.file.recorder import record
@@ -263,16 +264,9 @@ class Researcher:
 
     def _create_study(self, runs: int, kept: str) -> dict[str, Any]:
         seed = self._source.randrange(1 << 30)
-        body = {
-            "base": "paper-case-1",
-            "set": {"simulation.duration": 0.3},
-            "sampling": {"method": "random", "runs": runs, "seed": seed},
-            "vary": {
-                "object.mass": {"min": 0.8, "max": 1.6},
-                "fingers.0.friction": {"min": 0.2, "max": 0.5},
-            },
-            "recordings": kept,
-        }
+        ranges = {"object.mass": (0.8, 1.6), "fingers.0.friction": (0.2, 0.5)}
+        short = {"simulation.duration": 0.3}
+        body = random_study(runs, ranges, seed, set=short, recordings=kept)
         return self._ask("study", "POST", "/studies", (202,), body).json
 
     def _wait_for_study(self, path: str) -> dict[str, Any]:

@@ -19,19 +19,19 @@ SHARE_RUDE = 0.4
 PAUSE = 1.0
 
 
-def visit_until(ended: threading.Event, tally: Tally, seed: int) -> None:
+def visit_until(tally: Tally, seed: int, ended: threading.Event) -> None:
     """Connects viewers to the dashboard until the load ends; returns once all have left."""
     url = "ws://{}:{}/".format(*tally.address)
-    asyncio.run(_visit_until(ended, url, tally, seed))
 
-
-async def _visit_until(ended: threading.Event, url: str, tally: Tally, seed: int) -> None:
     async def visit_again(source: random.Random) -> None:
         while not ended.is_set():
             await _visit(url, tally, source)
             await asyncio.sleep(source.uniform(0.0, 2.0 * PAUSE))
 
-    await asyncio.gather(*(visit_again(random.Random(f"{seed} {i}")) for i in range(TOGETHER)))
+    async def visit() -> None:
+        await asyncio.gather(*(visit_again(random.Random(f"{seed} {i}")) for i in range(TOGETHER)))
+
+    asyncio.run(visit())
 
 
 async def _visit(url: str, tally: Tally, source: random.Random) -> None:

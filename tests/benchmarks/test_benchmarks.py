@@ -30,8 +30,7 @@ from benchmarks.mujoco_hold import hold_by_actuators, hold_by_numpy
 from benchmarks.mujoco_replay import replay_in_mujoco, stepping
 from benchmarks.report import Table, read_table, update_page
 from benchmarks.speed import compare_speed, profile
-from benchmarks.study import make_study
-from benchmarks.study_load import Load, run_over_rest
+from benchmarks.study import Load, make_study, run_over_rest
 from benchmarks.timing import fit_exponent, fit_line, median_seconds
 from benchmarks.work_precision import (
     Reference,
@@ -338,13 +337,13 @@ class Scripted:
     ],
 )
 def test_a_study_over_rest_is_timed_from_its_first_results(monkeypatch, states, runs, seconds):
-    service, watch, load = Scripted(*states), SimpleNamespace(progress=0), Load()
+    service, load = Scripted(*states), Load()
     clock = SimpleNamespace(
         perf_counter=lambda: service.now, monotonic=lambda: service.now, sleep=service.sleep
     )
-    monkeypatch.setattr("benchmarks.study_load.time", clock)
-    study, rate = run_over_rest(service, {}, watch, load)
-    assert (study, watch.progress) == ("x", 60)
+    monkeypatch.setattr("benchmarks.study.time", clock)
+    study, rate = run_over_rest(service, {}, load)
+    assert (study, load.finished) == ("x", 60)
     assert load.seconds == pytest.approx(seconds)
     assert rate * load.seconds == pytest.approx(runs)
 

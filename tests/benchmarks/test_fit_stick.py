@@ -12,16 +12,12 @@ from slipgrasp.core.fit.fit import FitOptions, fit
 MISLEADING = (("paper-case-1", 22), ("paper-case-1", 36), ("gripper-lift", 6))
 
 
-def case_of(preset):
-    return next(case for case in fit_stick.CASES if case.preset == preset)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("preset", "number"), MISLEADING)
 def test_a_friction_without_slip_is_bounded_by_its_use_although_the_best_run_slips(
     kernel, preset, number
 ):
-    stuck = case_of(preset).simulate()
+    stuck = fit_coverage.simulate_briefly(preset, fit_stick.CASES[preset])
     *_, twin = fit_stick.twins_of(stuck, 1, number + 1)
     report = fit(twin, FitOptions(starts=1))
 
@@ -37,10 +33,9 @@ def test_a_friction_without_slip_is_bounded_by_its_use_although_the_best_run_sli
 
 @pytest.mark.slow
 def test_of_a_contact_that_slips_beside_one_that_sticks_the_friction_is_a_number(kernel):
-    case = case_of("paper-case-1")
     slipping, sticking = fit_stick.FRICTIONS
-    case = replace(case, changes={**case.changes, slipping: 0.13, sticking: 0.3})
-    run = case.simulate()
+    changes = fit_stick.CASES["paper-case-1"] | {slipping: 0.13, sticking: 0.3}
+    run = fit_coverage.simulate_briefly("paper-case-1", changes)
     assert run.trace.phase.any(axis=0).tolist() == [True, False]
     (twin,) = fit_stick.twins_of(run, 1, 1)
     report = fit(twin, FitOptions(starts=1))

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.hands_in_space import find_missed_in_space, judge_run
+from benchmarks.hands_in_space import JUDGE
 from benchmarks.hold_in_space import LAWS, ORACLE, WORLDS, tabulate, vary_objects
+from benchmarks.outcome_checks import Pair
 from benchmarks.random_runs import IN_SPACE, PAIRS_IN_SPACE, draw
 from slipgrasp.core.run.batch import simulate_many
 from slipgrasp.core.run.simulator import simulate
@@ -42,12 +43,12 @@ def run(request):
 
 def missed(run):
     """Names of the checks that a run misses."""
-    return set(find_missed_in_space(run, None, np.zeros((3, 3))))
+    return set(JUDGE.find_missed(Pair(run, np.zeros((3, 3)))))
 
 
 def test_random_hands_in_space_end_truly():
     drawn = (draw(PAIRS_IN_SPACE, SEED, index) for index in range(30))
-    judgements = [judge_run(run, twice=index % 2 == 0) for index, run in enumerate(drawn)]
+    judgements = [JUDGE.judge(run, twice=index % 2 == 0) for index, run in enumerate(drawn)]
     assert not {index: j for index, j in enumerate(judgements) if j.missed}
     assert len({judgement.outcome for judgement in judgements}) >= 3
 
@@ -56,18 +57,18 @@ def test_random_hands_in_space_end_truly():
 def test_hands_in_space_that_ended_falsely_once_end_truly(index):
     # As they were drawn then.
     run = draw_hand_in_space(f"14 {index}", AtEnds, whole=False)
-    assert not judge_run(run, twice=False).missed
+    assert not JUDGE.judge(run, twice=False).missed
 
 
 @pytest.mark.parametrize("index", ONCE_WRONG_SINCE)
 def test_hands_in_space_that_ended_falsely_since_end_truly(index):
-    judgement = judge_run(draw(IN_SPACE, 14, index), twice=False)
+    judgement = JUDGE.judge(draw(IN_SPACE, 14, index), twice=False)
     assert not judgement.missed and judgement.outcome != "limit"
 
 
 @pytest.mark.parametrize("path", ONCE_WRONG_IN_PAIRS, ids=lambda path: path.stem)
 def test_hands_in_space_drawn_in_pairs_that_ended_falsely_once_end_truly(path):
-    assert not judge_run(load_scenario(path), twice=False).missed
+    assert not JUDGE.judge(load_scenario(path), twice=False).missed
 
 
 def test_draws_have_both_frictions_and_all_numbers_of_fingers():
@@ -104,7 +105,7 @@ def test_energy_given_back_or_unaccounted_for_is_found(run):
 def test_ends_are_refused_where_closed_contacts_agree(run, outcome):
     reason = Reason(code="any", message="", contact=0, time=0.12, value=None, limit=None, hint="")
     torques = run.trace.joint_torque[-1].reshape(3, 3)
-    told = find_missed_in_space(replace(run, outcome=outcome, reason=reason), None, torques)
+    told = JUDGE.find_missed(Pair(replace(run, outcome=outcome, reason=reason), torques))
     assert set(told) == {outcome.value}
 
 

@@ -17,8 +17,8 @@ def test_runs_figure_and_readers_end_or_are_refused_in_words() -> None:
     found = measure(duration=0.5, output_rate=10_000.0, readers=2, seed=1)
     assert found.outcomes == {"completed": 4}
     assert all(5_000 < samples < 6_000 for samples in found.samples)
-    assert found.statuses["figure 200"] == len(found.figure_seconds) > 0
-    assert found.unexplained == []
+    assert found.tally.counts["figure", "200"] == len(found.figure_seconds) > 0
+    assert found.tally.faults == []
     assert 0 < found.first_peak <= found.peak
 
 

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import binomtest
 
 from benchmarks.__main__ import main
-from benchmarks.outcome_checks import CHECKS, Judgement, find_missed, judge_run
+from benchmarks.outcome_checks import CHECKS, PLANAR, Judgement, Pair
 from benchmarks.outcome_truth import Comparison, compare, tabulate_truth
 from benchmarks.outcomes import Campaign, judge_many, tabulate
 from benchmarks.random_runs import ANYWHERE, AT_ENDS, ON_BOUNDS, PAIRS, POPULATIONS, draw
@@ -33,7 +32,7 @@ def held():
 
 def missed(run, fine=None):
     """Names of the checks that a run misses; it looks the same with a finer output."""
-    return set(find_missed(run, fine or run, np.zeros((2, 2))))
+    return set(PLANAR.find_missed(Pair(run, np.zeros((2, 2)), fine or run)))
 
 
 def torques_of(run):
@@ -79,7 +78,7 @@ def chattering(run, times):
 @pytest.mark.parametrize(("population", "count"), [(PAIRS, 60), (ON_BOUNDS, 60)])
 def test_random_runs_end_truly(population, count):
     judgements = [
-        judge_run(draw(population, SEED, index), twice=index % 2 == 0) for index in range(count)
+        PLANAR.judge(draw(population, SEED, index), twice=index % 2 == 0) for index in range(count)
     ]
     assert not {index: j for index, j in enumerate(judgements) if j.missed}
     assert len({judgement.outcome for judgement in judgements}) >= 3
@@ -120,12 +119,12 @@ ONCE_WRONG_IN_PAIRS = sorted((Path(__file__).parent / "once_wrong").glob("planar
     [(population, index) for population, all_ in ONCE_WRONG.items() for index in all_],
 )
 def test_runs_that_ended_falsely_once_end_truly(population, index):
-    assert not judge_run(draw(population, 14, index)).missed
+    assert not PLANAR.judge(draw(population, 14, index)).missed
 
 
 @pytest.mark.parametrize("path", ONCE_WRONG_IN_PAIRS, ids=lambda path: path.stem)
 def test_runs_drawn_in_pairs_that_ended_falsely_once_end_truly(path):
-    assert not judge_run(load_scenario(path)).missed
+    assert not PLANAR.judge(load_scenario(path)).missed
 
 
 def test_random_runs_are_not_materially_different_from_those_of_tight_tolerances():
@@ -216,8 +215,8 @@ def test_ends_are_refused_where_touching_contacts_agree(outcome):
     values = {"simulation.duration": 0.01, "fingers.0.friction": 1.5, "fingers.1.friction": 1.5}
     run = simulate(with_values(load_scenario("composite-case-2"), values))
     reason = Reason(code="any", message="", contact=0, time=0.01, value=None, limit=None, hint="")
-    told = set(find_missed(*[replace(run, outcome=outcome, reason=reason)] * 2, torques_of(run)))
-    assert told == {outcome.value}
+    ended = replace(run, outcome=outcome, reason=reason)
+    assert set(PLANAR.find_missed(Pair(ended, torques_of(run), ended))) == {outcome.value}
 
 
 def test_the_friction_of_joints_is_known_where_a_run_ends():
@@ -265,7 +264,7 @@ def test_processes_judge_the_runs_of_a_campaign_in_order(capsys):
     assert len(campaign.judgements) == 42
     for index in (0, 41):
         run = draw(ON_BOUNDS, SEED, index)
-        assert campaign.judgements[index] == judge_run(run, twice=index % 2 == 0)
+        assert campaign.judgements[index] == PLANAR.judge(run, twice=index % 2 == 0)
     assert "42 of 42 runs" in capsys.readouterr().err
 
 
@@ -275,7 +274,7 @@ def test_table_counts_every_check_and_names_its_worst():
         Judgement("separated", {"ledger": 2e-6, "rate": 1.0}),
         Judgement("separated", {"ledger": 7e-6}),
     ]
-    counts, ends = tabulate([Campaign(AT_ENDS, 1, judgements)])
+    counts, ends = tabulate([Campaign(AT_ENDS, 1, CHECKS, judgements)])
     found = {row[0]: row[1:] for row in counts.rows}
     assert found[CHECKS["ledger"].text] == ("2", "7e-06 J")
     assert found[CHECKS["rate"].text] == ("1", "–")
@@ -303,8 +302,12 @@ def test_a_seed_is_refused_where_nothing_is_drawn(capsys):
 
 @pytest.mark.parametrize(("part", "whole"), [(0, 20), (1, 40), (37, 100), (100, 100)])
 def test_interval_of_a_share_is_wilson_s(part, whole):
-    expected = binomtest(part, whole).proportion_ci(method="wilson")
-    assert share_interval(part, whole) == pytest.approx(tuple(expected), abs=1e-7)
+    """Its ends are the fractions from which the sample differs by 1.96 standard deviations."""
+    low, high = share_interval(part, whole)
+    assert (low == 0.0) == (part == 0) and (high == 1.0) == (part == whole)
+    for end in {low, high} - {0.0, 1.0}:
+        deviation = np.sqrt(end * (1.0 - end) / whole)
+        assert abs(part / whole - end) == pytest.approx(1.959964 * deviation, rel=1e-6)
 
 
 def test_single_verdicts_of_the_printed_law_change_with_what_should_not_matter():

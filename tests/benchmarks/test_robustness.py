@@ -22,8 +22,8 @@ from benchmarks.robustness_gains import (
     plan,
     read_cells,
     scenarios_of,
+    tabulate,
 )
-from benchmarks.robustness_tables import tabulate
 from benchmarks.robustness_worlds import (
     LATE,
     LAWS,

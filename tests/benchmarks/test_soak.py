@@ -5,9 +5,8 @@ import json
 import pytest
 
 from benchmarks.service import Answer
-from benchmarks.soak import PAUSES, Soak, soak, tabulate, visitors
+from benchmarks.soak import PAUSES, Sample, Soak, soak, tabulate, visitors
 from benchmarks.soak.asking import Tally, find_faults
-from benchmarks.soak.observing import Sample
 
 SAFE = {"x-content-type-options": "nosniff"}
 PROBLEM = SAFE | {"content-type": "application/problem+json"}
@@ -41,7 +40,7 @@ def test_an_answer_as_specified_is_none():
 
 def test_the_slope_is_that_of_the_memory_at_rest():
     growing = [300_000_000 + 7_000_000 * k for k in range(8)]
-    rests = [Sample(3600.0 * k, 0, 400_000_000, own, 0, 17, 0) for k, own in enumerate(growing)]
+    rests = [Sample(3600.0 * k, 400_000_000, own, 0, 17) for k, own in enumerate(growing)]
     table = tabulate(Soak(Tally(("", 0)), rests, rests, ""))
     rows = {row[0]: row[1] for row in table.rows}
     assert rows["slope of that"] == "+7.0 ± 0.0 MB/h"
@@ -58,4 +57,4 @@ def test_everything_is_answered_as_specified_for_some_seconds(monkeypatch):
     assert found.tracebacks == 0
     kinds = {kind for kind, _ in found.tally.counts}
     assert {"run", "viewer", "half a head"} & kinds and found.tally.total > 20
-    assert found.samples[-1].service_descriptors < 100
+    assert found.samples[-1].descriptors < 100

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks.hands_in_space import eccentricities
+from benchmarks.outcome_checks import Pair
 from benchmarks.random_runs import SOFT_GRASPS, draw
-from benchmarks.soft_grasps import find_missed_of_soft, judge_run
+from benchmarks.soft_grasps import JUDGE
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 
@@ -24,12 +25,12 @@ def run():
 
 def missed(run):
     """Names of the checks that a run misses."""
-    return set(find_missed_of_soft(run, None, np.zeros((2, 3))))
+    return set(JUDGE.find_missed(Pair(run, np.zeros((2, 3)))))
 
 
 def test_random_soft_grasps_end_truly():
     drawn = [draw(SOFT_GRASPS, SEED, index) for index in range(COUNT)]
-    judgements = [judge_run(run, twice=index % 4 == 0) for index, run in enumerate(drawn)]
+    judgements = [JUDGE.judge(run, twice=index % 4 == 0) for index, run in enumerate(drawn)]
     assert not {index: j for index, j in enumerate(judgements) if j.missed}
     assert len({judgement.outcome for judgement in judgements}) >= 2
 
@@ -73,11 +74,11 @@ def test_random_soft_grasps_end_truly():
     ],
 )
 def test_runs_that_have_ended_falsely_end_truly(index):
-    assert not judge_run(draw(SOFT_GRASPS, 14, index), twice=True).missed
+    assert not JUDGE.judge(draw(SOFT_GRASPS, 14, index), twice=True).missed
 
 
 def test_a_contact_without_force_separates_instead_of_pulling():
-    judgement = judge_run(draw(SOFT_GRASPS, 15, 578), twice=True)
+    judgement = JUDGE.judge(draw(SOFT_GRASPS, 15, 578), twice=True)
     assert judgement.outcome == "separated"
     assert not judgement.missed
 

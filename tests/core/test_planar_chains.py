@@ -204,10 +204,10 @@ def test_a_custom_law_sees_limits_and_weights_and_holds_the_object_still():
 
 @each_case("index", range(2 * len(KINDS)))
 def test_random_runs_have_true_outcomes(index):
-    from benchmarks.outcome_checks import judge_run
+    from benchmarks.outcome_checks import PLANAR
 
     scenario = with_chains(draw_scenario(KINDS[index % len(KINDS)], f"chains {index}"), index)
-    assert judge_run(scenario, twice=index % 2 == 0).missed == {}
+    assert PLANAR.judge(scenario, twice=index % 2 == 0).missed == {}
 
 
 def test_what_can_be_estimated_is_named_for_every_kind_of_finger_in_the_hand():

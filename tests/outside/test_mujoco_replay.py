@@ -12,8 +12,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.mujoco_replay import measure_differences, replay_in_mujoco
-from benchmarks.replay import STEPS, record_case
+from benchmarks.mujoco_replay import replay_in_mujoco
+from benchmarks.replay import STEPS, measure_differences, record_case
 from slipgrasp.core.scenario.loading import with_values
 from slipgrasp.recordings.engines.expected import mean_torques
 
@@ -29,7 +29,7 @@ BOUNDS = {
 
 @cache
 def table(name):
-    rows = measure_differences(name)
+    rows = measure_differences(replay_in_mujoco, name)
     return rows[:-1], rows[-1]
 
 

@@ -6,7 +6,7 @@ MuJoCo's contacts creep and give way: its error is linear in its step (`benchmar
 import numpy as np
 import pytest
 
-from benchmarks.mujoco_torsion import turn
+from benchmarks.torsion import turn
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.custom_laws import forget
 from tests.soft_box import SlideSprings, soft_box

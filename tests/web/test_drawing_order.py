@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
@@ -12,6 +13,30 @@ from slipgrasp.server.viewer.server import MessageBuffer
 from tests.server.serving import RunningServer
 
 SCENE, CARD, CHARTS, COMPARISON, SENT = "scene", "card", "charts", "comparison", "sent"
+LAYOUT = {"width": 1440, "height": 900, "scene_width": 740, "scene_height": 900, "covered": 220}
+
+
+class Editor(HeadlessViewer):
+    """A viewer that moves controls, whose ids it learns from the messages that add them."""
+
+    def __init__(self, url: str) -> None:
+        self._uuids: dict[str, str] = {}
+        super().__init__(url)
+
+    def measure_page(self) -> None:
+        """Reports the size of the page, after which the session sends all controls."""
+        self.post(kind="measure-page", layout=LAYOUT, prefers_dark=False)
+
+    def set(self, label: str, value: object) -> None:
+        """Moves the control with a label."""
+        self.send("GuiUpdateMessage", {"uuid": self._uuids[label], "updates": {"value": value}})
+
+    def receive(self) -> Iterator[dict[str, Any]]:
+        for message in super().receive():
+            properties = message.get("props", {})
+            if isinstance(properties, dict) and properties.get("label"):
+                self._uuids[properties["label"]] = message["uuid"]
+            yield message
 
 
 def subject_of(message: dict[str, Any]) -> str:
@@ -29,7 +54,7 @@ def subject_of(message: dict[str, Any]) -> str:
 def test_view_card_and_charts_of_a_run_come_before_what_is_out_of_sight(
     dashboard: RunningServer,
 ) -> None:
-    with HeadlessViewer(f"ws://127.0.0.1:{dashboard.port}/") as viewer:
+    with Editor(f"ws://127.0.0.1:{dashboard.port}/") as viewer:
         viewer.measure_page()
         awaited = {is_saved, is_comparison}
 
@@ -72,7 +97,7 @@ def test_view_words_and_charts_of_a_run_are_sent_together(
     dashboard: RunningServer, order: list[str]
 ) -> None:
     """A page that gets the view alone draws it before it takes the charts, which are then late."""
-    with HeadlessViewer(f"ws://127.0.0.1:{dashboard.port}/") as viewer:
+    with Editor(f"ws://127.0.0.1:{dashboard.port}/") as viewer:
         viewer.measure_page()
         viewer.wait_for(is_saved)
         order.clear()
