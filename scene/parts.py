@@ -16,12 +16,11 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.scene import rotations, skeleton
 from slipgrasp.scene.pads import Pad
 from slipgrasp.scene.primitives import Arrow, Ball, Cone, Entity, Lines, Rod, Role, Shape
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.sizes import Sizes, sizes_of
 from slipgrasp.scene.skeleton import Contact, Moving
 from slipgrasp.scene.solids import edges_of, solid
 from slipgrasp.scene.states import States
-
-Values = NDArray[np.float64]
 
 LONGEST_ARROW = 100.0
 """Length limit of arrows, as a multiple of `Sizes.mark`, so that a diverging run can be drawn."""

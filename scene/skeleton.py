@@ -26,7 +26,6 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import (
     PLANAR,
@@ -49,9 +48,9 @@ from slipgrasp.core.scenario.spatial_geometry import spatial_contact
 from slipgrasp.core.scenario.spatial_geometry import tip_at_start as spatial_tip_at_start
 from slipgrasp.scene import rotations
 from slipgrasp.scene.pads import Pad, pad_of
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.states import States
 
-Values = NDArray[np.float64]
 Moving = Callable[[States], Values]
 """A quantity of every state, shape ``(n, ...)``."""
 

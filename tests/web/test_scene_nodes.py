@@ -231,7 +231,7 @@ def test_a_low_friction_patch_lies_on_its_face_and_in_the_close_up_while_it_is_t
     assert others == [[]] * len(others)
     assert 0.01 < patch["start"] <= 0.03
     assert patch["radius"] == pytest.approx(0.02)
-    band = node(viewer_server, "/hand/plane/object/wet0/band").vertices[:, [0, 2]]
+    band = node(viewer_server, "/hand/plane/object/wet0/water").vertices[:, [0, 2]]
     start, end = np.array(CORNERS[5]), np.array(CORNERS[0])
     along = (band - 0.5 * (start + end)) @ (end - start) / np.hypot(*(end - start))
     assert np.abs(along).max() == pytest.approx(0.02, abs=1e-6)

@@ -21,6 +21,7 @@ from slipgrasp.core.scenario import FingerParameters, PlanarScenario
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.scene.patches import FacePatch, patches_on
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.scene.skeleton import Contact, contacts_of
 from slipgrasp.server.viewer.server import release_arrays
@@ -28,7 +29,6 @@ from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.marks import beliefs_of
 
-Values = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
 
 PACKET, CLOCK = "/close-ups", "/clock"
