@@ -109,22 +109,12 @@ class MovingHand:
         strength = float(np.hypot(*np.moveaxis(motion.forces, -1, 0)).max())
         self._metres_per_newton = _FORCE_LENGTH * self._span / max(strength, 1e-9)
         self._arrow = _SHAFT * self._span, _HEAD * self._span
-        ghost: dict[str, Any] = {
-            "gid": "desired",
-            "fill": False,
-            "edgecolor": paint(GHOST),
-            "linestyle": "--",
-            "linewidth": 1.0,
-        }
-        self._ghost = Polygon(motion.desired[0], **ghost)
-        body: dict[str, Any] = {
-            "gid": "object",
-            "facecolor": paint(OBJECT),
-            "edgecolor": paint(OBJECT_EDGE),
-            "linewidth": 1.0,
-        }
-        self._body = Polygon(motion.corners[0], **body)
-        self._edges = LineCollection([], colors=[paint(OBJECT_EDGE)], linewidths=0.8)
+        self._ghost = Polygon(
+            motion.desired[0], gid="desired", fill=False, ec=paint(GHOST), ls="--", lw=1.0
+        )
+        body, edge = paint(OBJECT), paint(OBJECT_EDGE)
+        self._body = Polygon(motion.corners[0], gid="object", fc=body, ec=edge, lw=1.0)
+        self._edges = LineCollection([], colors=[edge], linewidths=0.8)
         hand.add_patch(self._ghost)
         hand.add_patch(self._body)
         hand.add_collection(self._edges)
