@@ -98,10 +98,8 @@ def _finger(
             reach = max(length - sizes.tip_radius, 0.5 * length)
         along = np.array([reach, 0.0, 0.0])
         link = Rod(Role.LINK, 0.0 * along, along, (radius, end), rounded=True)
-        pin = Rod(
-            Role.JOINT, -1.2 * radius * axle, 1.2 * radius * axle, (0.7 * radius, 0.7 * radius)
-        )
-        yield Entity(skeleton.link_frame(i, k), skeleton.link_frame(i, k), (link, pin))
+        name = skeleton.link_frame(i, k)
+        yield Entity(name, name, (link, _axle(axle, radius)))
         radius = end
 
 
@@ -118,15 +116,21 @@ def _chain(i: int, scenario: HandScenario, chain: Chain, sizes: Sizes) -> Iterat
         along = np.array(chain.tip if is_last else chain.joints[k + 1].place)
         length = float(np.linalg.norm(along))
         axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
-        thick = 0.7 * radius
-        shapes = [Rod(Role.JOINT, -1.2 * radius * axis, 1.2 * radius * axis, (thick, thick))]
+        shapes = [_axle(axis, radius)]
         end = min(_TAPER * radius, 0.95 * sizes.tip_radius) if is_last else _TAPER * radius
         if length > 0.0:
             reach = max(length - sizes.tip_radius, 0.5 * length) if is_last else length
             bar = Rod(Role.LINK, 0.0 * along, reach / length * along, (radius, end), rounded=True)
             shapes.append(bar)
-        yield Entity(skeleton.link_frame(i, k), skeleton.link_frame(i, k), tuple(shapes))
+        name = skeleton.link_frame(i, k)
+        yield Entity(name, name, tuple(shapes))
         radius = end if length > 0.0 else radius
+
+
+def _axle(axis: Values, radius: float) -> Rod:
+    """The axle of a joint in a link with a radius [m]."""
+    thick = 0.7 * radius
+    return Rod(Role.JOINT, -1.2 * radius * axis, 1.2 * radius * axis, (thick, thick))
 
 
 def _rail_of(joint: ChainJoint, position: float, radius: float) -> Rod:
@@ -173,13 +177,8 @@ def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iter
         yield Rod(phase, outer, 0.0 * outer, (pad.radius, pad.radius))
         hand = partial(_pad_hand, contact, pad)
         yield Lines(Role.JOINT, hand, np.array([[0, 1]]), 0.6 * sizes.thickness)
-    yield Arrow(
-        phase,
-        front,
-        lambda states: _arrow(force_in(contact, i, states), sizes),
-        shaft_diameter=0.1 * sizes.mark,
-        head_length=0.3 * sizes.mark,
-        head_diameter=0.25 * sizes.mark,
+    yield _force_arrow(
+        i, front, lambda states: _arrow(force_in(contact, i, states), sizes), sizes.mark
     )
     if scenario.friction_cone == "cone":
         yield Cone(Role.CONE, lambda states: np.arctan(states.friction[:, i]), sizes.mark)
@@ -209,12 +208,12 @@ def _friction(scenario: SupportScenario, sizes: Sizes) -> Iterator[Shape]:
         return _arrow(np.pad(states.tangential_force[:, 0], ((0, 0), (0, 1))), sizes)
 
     down = np.array([0.0, 0.0, -2.0 * sizes.half_depth])
-    yield _slide_force(0, np.zeros(3), force, sizes.mark)
+    yield _force_arrow(0, np.zeros(3), force, sizes.mark)
     yield _slide_path(0, down, sizes)
 
 
-def _slide_force(i: int, tail: Values, force: Moving, mark: float) -> Arrow:
-    """The force on a sliding body."""
+def _force_arrow(i: int, tail: Values, force: Moving, mark: float) -> Arrow:
+    """The force on the object at a contact, in the colour of its phase."""
     return Arrow(partial(_phase, i), tail, force, 0.1 * mark, 0.3 * mark, 0.25 * mark)
 
 
@@ -243,7 +242,7 @@ def _rail(scenario: RailScenario, sizes: Sizes) -> Iterator[Entity]:
 
     front, mark = np.array([0.0, 0.0, sizes.front]), min(sizes.mark, body.half_width)
     name = skeleton.contact_name(1)
-    marks = _slide_force(1, front, force, mark), _slide_path(1, front, sizes)
+    marks = _force_arrow(1, front, force, mark), _slide_path(1, front, sizes)
     yield Entity(name, name, marks)
 
 

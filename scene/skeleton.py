@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -191,15 +192,12 @@ def body_frames(scenario: Scenario) -> list[Frame]:
     raised = np.array(_ORIGIN)
     if isinstance(scenario, RailScenario):
         raised[1] = scenario.object.face_half_length
-    return [
-        *frames,
-        Frame(
-            OBJECT, root, lambda s: s.object_pose[:, :3] + raised, lambda s: s.object_pose[:, 3:]
-        ),
-        Frame(
-            DESIRED, root, lambda s: s.desired_pose[:, :3] + raised, lambda s: s.desired_pose[:, 3:]
-        ),
-    ]
+
+    def body(name: str, pose: Moving) -> Frame:
+        return Frame(name, root, lambda s: pose(s)[:, :3] + raised, lambda s: pose(s)[:, 3:])
+
+    actual, desired = attrgetter("object_pose"), attrgetter("desired_pose")
+    return [*frames, body(OBJECT, actual), body(DESIRED, desired)]
 
 
 def world_poses(frames: list[Frame], states: States) -> dict[str, tuple[Values, Values]]:

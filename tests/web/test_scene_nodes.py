@@ -215,7 +215,7 @@ def test_a_polygon_is_drawn_with_its_corners_and_a_ghost_of_it_too(
     plane = matrices(node(viewer_server, "/ghost/plane").wxyz[None])[0]
     np.testing.assert_allclose(plane @ [x, y, 0.0], [x, 0.0, y], atol=1e-12)
     assert (layout.low < np.array(CORNERS) + sample.states.object_pose[0, :2]).all()
-    assert (layout.hand_high > np.array(CORNERS) + sample.states.object_pose[0, :2]).all()
+    assert (layout.hand[1] > np.array(CORNERS) + sample.states.object_pose[0, :2]).all()
 
 
 def test_a_low_friction_patch_lies_on_its_face_and_in_the_close_up_while_it_is_there(

@@ -122,7 +122,7 @@ def test_the_scene_follows_body_and_fingertip(
 ) -> None:
     scene = Scene(viewer_server)
     layout = scene.show(run, run)
-    assert (layout.hand_low < layout.hand_high).all()
+    assert (layout.hand[0] < layout.hand[1]).all()
     sampler = Sampler(run.trace)
     for time in (0.0, 0.1, 0.5):
         sample = sampler.at(time)

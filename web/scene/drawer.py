@@ -123,12 +123,5 @@ class HandDrawer:
 
 
 def colour_of(role: Role, surfaces: Surfaces) -> Rgb:
-    """Colour of a primitive, by its role."""
-    return {
-        Role.OBJECT: surfaces.object,
-        Role.OBJECT_EDGE: surfaces.object_edge,
-        Role.DESIRED: GHOST,
-        Role.LINK: surfaces.link,
-        Role.JOINT: surfaces.joint,
-        Role.MOUNT: surfaces.mount,
-    }[role]
+    """Colour of a primitive: the surface with the name of its role, except `Role.DESIRED`."""
+    return GHOST if role is Role.DESIRED else getattr(surfaces, role.name.lower())

@@ -57,8 +57,7 @@ class SceneLayout:
         low: Lower left corner of the view.
         high: Its upper right corner.
         beside: Corners of a view with close-ups at the sides of the hand.
-        hand_low: Lower left corner of the visible part of the hand, without close-ups.
-        hand_high: Upper right corner of that part.
+        hand: Corners of the visible part of the hand, without close-ups.
     """
 
     plane: ViewPlane
@@ -70,12 +69,11 @@ class SceneLayout:
     low: Values
     high: Values
     beside: Box
-    hand_low: Values
-    hand_high: Values
+    hand: Box
 
     def corners(self, *, lenses: bool) -> Box:
         """Corners of the view, with or without close-ups."""
-        return (self.low, self.high) if lenses else (self.hand_low, self.hand_high)
+        return (self.low, self.high) if lenses else self.hand
 
     def boxes(self, *, lenses: bool) -> tuple[Box, ...]:
         """The view, and with close-ups another for a low window; see `camera.frame_nearest`."""
@@ -94,10 +92,8 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
     count = len(scenario.fingers)
     plane = _first_look(scenario, states_of(trace[:1]))
     box = _hand_box if whole_hand and scenario.space.has_control else _grasp_box
-    hand_low, hand_high = bare = box(result, plane)
-    (low, high), beside = bare, bare
-    if scenario.space.has_hand:
-        (low, high), beside = with_close_ups(*bare, count)
+    hand = box(result, plane)
+    whole, beside = with_close_ups(*hand, count) if scenario.space.has_hand else (hand, hand)
     slip = np.linalg.norm(trace.slip.reshape(len(trace), count, -1), axis=2)
     reach, tick = reach_and_tick(scenario, float(slip.max()))
     limit = max(float(trace.friction_coefficient.max() * full.force), 1e-3)
@@ -108,11 +104,10 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
         tick=tick,
         limit=nice_at_least(limit),
         held=_held_points(result),
-        low=low,
-        high=high,
+        low=whole[0],
+        high=whole[1],
         beside=beside,
-        hand_low=hand_low,
-        hand_high=hand_high,
+        hand=hand,
     )
 
 
