@@ -14,7 +14,7 @@ from slipgrasp.recordings.palette import PHASES
 from slipgrasp.scene.rotations import Values
 from slipgrasp.web.model.colours import glow
 from slipgrasp.web.model.sampling import Sample
-from slipgrasp.web.scene.layout import FullScale, SceneLayout
+from slipgrasp.web.scene.layout import FullScale
 
 _USUAL_INNER_RADIUS = 0.05
 
@@ -114,20 +114,6 @@ class RunFacts:
         """The estimate of a friction coefficient, None if the controller knows it."""
         place = self.beliefs[contact]
         return None if place is None else np.maximum(sample.estimates[place], 0.0)
-
-
-def run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> RunFacts:
-    """The constant data of the marks of a run.
-
-    Args:
-        result: The run.
-        layout: Layout of the view.
-        force_scale: User's scale of the arrows of forces.
-    """
-    return RunFacts(
-        full=layout.full._replace(force=layout.full.force / force_scale),
-        beliefs=beliefs_of(result),
-    )
 
 
 def beliefs_of(result: RunResult) -> tuple[int | None, ...]:

@@ -39,7 +39,7 @@ from slipgrasp.web.scene.kept import Kept
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
 from slipgrasp.web.scene.link_meshes import LinkMeshes
 from slipgrasp.web.scene.low_friction_patches import LowFrictionPatches
-from slipgrasp.web.scene.marks import MarkSizes, RunFacts, Trail, run_facts, sizes_on_hand
+from slipgrasp.web.scene.marks import MarkSizes, RunFacts, Trail, beliefs_of, sizes_on_hand
 from slipgrasp.web.scene.moving_marks import MovingMarks
 from slipgrasp.web.scene.node_shape import shape_of
 from slipgrasp.web.scene.picking import Picking
@@ -137,7 +137,8 @@ class Scene:
         """
         self._appearance = appearance or self._appearance
         layout = lay_out(result, whole_hand=self._appearance.whole_hand)
-        self._run = run_facts(result, layout, self._appearance.force_scale)
+        full = layout.full._replace(force=layout.full.force / self._appearance.force_scale)
+        self._run = RunFacts(full, beliefs_of(result))
         space = result.scenario.space
         pale = ghost if ghost is not None and ghost.scenario.space is space else None
         # Measured data may lack the slips, which only the close-ups draw.
@@ -149,7 +150,7 @@ class Scene:
                 arrays_of(result, slipping, layout),
             )
         if self._drag is not None and (axes := _LOOKS[space].drag_axes):
-            scale = views.push.newtons_per_metre(self._run.full)
+            scale = views.push.newtons_per_metre(full)
             self._drag.follow(Draggable(views.hand.block, scale, axes))
         return layout
 
