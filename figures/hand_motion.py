@@ -18,11 +18,10 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.scenario import need_hand
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.scene.solids import edges_of, solid
 from slipgrasp.scene.states import States, drawable, states_at
-
-Values = NDArray[np.float64]
 
 _ELEVATION = math.radians(24.0)
 _ASIDE = math.radians(8.0)

@@ -19,6 +19,7 @@ from slipgrasp.core.scenario.scenario import is_there
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.phrases import length_words
 from slipgrasp.figures.hand_motion import HandMotion
+from slipgrasp.figures.marks import empty_line
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import MUTED, OBJECT, PHASES, WATER, Rgb
@@ -61,7 +62,7 @@ class MovingLens(ABC):
         self._rows = np.searchsorted(trace.times, states.times, side="right")
         self._name = result.scenario.finger_names[contact]
         self._hand, self._tips = hand, motion.joints[:, contact, -1]
-        (self._leader,) = hand.plot([], [], color=paint(MUTED), linewidth=0.6, zorder=9.0)
+        self._leader = empty_line(hand, 9.0, color=paint(MUTED), linewidth=0.6)
         self.axes = hand.figure.add_axes(box)
         self.axes.set_axis_off()
         self.axes.set_aspect("equal")
@@ -132,8 +133,7 @@ class MovingLens(ABC):
 
     def line(self, zorder: float, **style: Any) -> Line2D:
         """Adds a line without points."""
-        (drawn,) = self.axes.plot([], [], zorder=zorder, **style)
-        self._drawn.append(drawn)
+        self._drawn.append(drawn := empty_line(self.axes, zorder, **style))
         return drawn
 
     def polygon(self, zorder: float, **style: Any) -> Polygon:
