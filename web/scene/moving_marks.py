@@ -79,10 +79,10 @@ class MovingMarks(ABC):
         self._follow_tip.follow(marks.tip)
         self._path = trail
         self._follow_trail.follow(trail.extent)
-        force = np.stack([np.zeros(3), marks.force])
+        force = np.zeros(3), marks.force
         # Without slip, the second arrow is hidden in the first.
         motion = force if phase is ContactPhase.STICK else marks.motion
-        self._follow_arrows.follow(np.stack([force, motion]))
+        self._follow_arrows.follow(np.stack([*force, *motion]).reshape(2, 2, 3))
 
     @abstractmethod
     def _marks(self, states: States, i: int, full: FullScale) -> ContactMarks:

@@ -46,8 +46,7 @@ class SlideView(MovingMarks):
             on_body = np.append(on_body, states.normal_force[0, i])
         force = self._sizes.force_length / full.force * _flat(on_body)
         motion = self._sizes.speed_length / full.speed * _flat(states.slip_velocity[0, i])
-        tip = _flat(states.slip[0, i])
-        return ContactMarks(tip, force, np.stack([np.zeros_like(motion), motion]))
+        return ContactMarks(_flat(states.slip[0, i]), force, np.array([0.0 * motion, motion]))
 
     def _draw_trail(self, _extent: Values) -> None:
         self._trail.colors = self._path.colours
