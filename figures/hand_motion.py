@@ -81,7 +81,8 @@ def motion_of(result: RunResult, times: Values) -> HandMotion:
     axes = np.stack([poses[skeleton.contact_name(i)][1] for i in range(len(contacts))], axis=1)
     pairs = list(enumerate(contacts))
     rim = friction_outline(scenario, _CONE_CORNERS)
-    rims = np.stack([parts.cone_rim(each, rim, i, states) for i, each in pairs], axis=1)
+    friction = np.moveaxis(states.friction, 1, 0)[..., None, None]
+    rims = np.stack([parts.cone_rim(each, rim, friction[i]) for i, each in pairs], axis=1)
     cones = np.concatenate([np.zeros_like(rims[:, :, :1]), rims], axis=2)
     forces = np.stack([parts.force_in(each, i, states) for i, each in pairs], axis=1)
     normals = np.stack([axes[:, i] @ each.inward for i, each in pairs], axis=1)

@@ -69,16 +69,18 @@ def force_in(contact: Contact, i: int, states: States) -> Values:
     return contact.across(states.tangential_force[:, i]) + normal
 
 
-def cone_rim(contact: Contact, rim: Values, i: int, states: States) -> Values:
-    """Directions on the surface of a friction cone, ``(n, k, 3)``: unit normal part, tangential mu.
+def cone_rim(contact: Contact, rim: Values, friction: float | Values) -> Values:
+    """Directions on the surface of a friction cone: unit normal part, tangential mu.
 
     Args:
         contact: The contact.
         rim: Tangential directions divided by mu F_n, shape ``(k, d - 1)``.
-        i: Index of the contact.
-        states: The instants.
+        friction: The friction coefficient, or several, shape ``(n, 1, 1)``.
+
+    Returns:
+        Vectors of the contact frame, shape ``(k, 3)``, or ``(n, k, 3)``.
     """
-    return contact.inward + states.friction[:, i, None, None] * contact.across(rim)
+    return contact.inward + friction * contact.across(rim)
 
 
 def _finger(
@@ -262,7 +264,7 @@ def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, fron
     rim = rim if is_flat else rim[1::2]
 
     def points(states: States) -> Values:
-        ends = cone_rim(contact, rim, i, states)
+        ends = cone_rim(contact, rim, states.friction[:, i, None, None])
         ends = sizes.mark * ends / np.linalg.norm(ends, axis=2, keepdims=True)
         return front + np.concatenate([np.zeros((len(ends), 1, 3)), ends], axis=1)
 

@@ -14,7 +14,7 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.recordings.palette import CONE, PHASES
 from slipgrasp.scene import rotations
 from slipgrasp.scene.pads import Pad
-from slipgrasp.scene.parts import PAD_POINTER, PAD_THICKNESS, force_in
+from slipgrasp.scene.parts import PAD_POINTER, PAD_THICKNESS, cone_rim, force_in
 from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.skeleton import Contact
 from slipgrasp.scene.solids import prism
@@ -68,7 +68,7 @@ def cone_edge(contact: Contact, friction: float, rim: Values, slant: float) -> V
         rim: Tangential directions divided by the friction, shape ``(k, d - 1)``.
         slant: Distance of the rim from the tip for unit directions [m].
     """
-    return slant / np.hypot(1.0, friction) * (contact.inward + friction * contact.across(rim))
+    return slant / np.hypot(1.0, friction) * cone_rim(contact, rim, friction)
 
 
 class ContactView(MovingMarks):
