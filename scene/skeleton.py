@@ -154,6 +154,12 @@ def finger_of(frame: str) -> int | None:
     return int(index) if kind == "finger" else None
 
 
+def frames_along(frames: list[Frame], finger: int) -> list[str]:
+    """Names of the frames at the links and at the tip of a finger, in order."""
+    own = [frame.name for frame in frames if finger_of(frame.name) == finger]
+    return [name for name in own if "/link_" in name or name == tip_frame(finger)]
+
+
 def contact_name(contact: int) -> str:
     """Name of the frame on the face that a fingertip touches."""
     return f"contact_{contact}"

@@ -28,6 +28,9 @@ class GhostView:
         self._frames = skeleton.frames_of(scenario)
         fingers = len(scenario.fingers) - scenario.space.bare_contacts
         self._count = fingers if has_hand else 0
+        self._links_and_tips = [
+            name for i in range(self._count) for name in skeleton.frames_along(self._frames, i)
+        ]
         sizes, colour = sizes_of(scenario), canvas.surfaces.pale_edge
         # Behind the edges of the desired pose.
         corners = solid(scenario, 1.02 * sizes.half_depth).points
@@ -55,8 +58,7 @@ class GhostView:
         if self._count == 0:
             return
         poses = skeleton.world_poses(self._frames, states)
-        links = [f.name for f in self._frames if "/link_" in f.name or f.name.endswith("/tip")]
-        points = np.stack([poses[name][0][0] for name in links])
+        points = np.stack([poses[name][0][0] for name in self._links_and_tips])
         self._follow_links.follow(points.reshape(self._count, -1, 3))
 
     def show(self, visible: bool) -> None:
