@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Wedge
-from numpy.typing import NDArray
 
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import JOINT
-from slipgrasp.scene.rotations import about_z
+from slipgrasp.scene.rotations import Values, about_z
 
 _SHARE = 0.22  # of the distance to the nearest face
 _STARTS = (0.0, 180.0)  # of the quarters [degrees]
@@ -24,9 +22,12 @@ class CentreMark:
     Args:
         axes: The picture of the hand.
         inner_radius: Distance from the centre of mass to the nearest face [m].
+        poses: Poses of the object at the times to draw: position [m] and unit quaternion (w, x, y,
+            z), about z alone, shape ``(times, 7)``.
     """
 
-    def __init__(self, axes: Axes, inner_radius: float) -> None:
+    def __init__(self, axes: Axes, inner_radius: float, poses: Values) -> None:
+        self._poses = poses
         dark, radius = paint(JOINT), _SHARE * inner_radius
         self._disc = Circle(_ORIGIN, radius, fc="white", ec=dark, lw=0.8, zorder=1.5)
         self._quarters = [
@@ -37,8 +38,9 @@ class CentreMark:
         for artist in self.artists:
             axes.add_patch(artist)
 
-    def place(self, pose: NDArray[np.float64]) -> None:
-        """Moves it to a pose: position [m] and unit quaternion (w, x, y, z), about z alone."""
+    def place(self, frame: int) -> None:
+        """Shows a frame."""
+        pose = self._poses[frame]
         centre, turn = pose[:2], math.degrees(about_z(pose[3:]))
         self._disc.set(center=centre)
         for quarter, start in zip(self._quarters, _STARTS, strict=True):

@@ -18,11 +18,10 @@ from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.scenario import need_hand
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.scene import parts, rotations, skeleton
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.scene.solids import edges_of, solid
 from slipgrasp.scene.states import States, drawable, states_at
-
-Values = NDArray[np.float64]
 
 _ELEVATION = math.radians(24.0)
 _ASIDE = math.radians(8.0)
@@ -31,7 +30,6 @@ _AZIMUTHS = np.radians(np.arange(-180.0, 180.0, 5.0))
 _FRONT = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)]).T
 _CONE_CORNERS = 24
 _LEAST_DEPTH = 1e-9
-_MOST_LINKS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,14 +73,16 @@ def motion_of(result: RunResult, times: Values) -> HandMotion:
     scenario = need_hand(result.scenario, "an image or animation", instead)
     trace = result.trace
     states, contacts = states_at(trace, times), skeleton.contacts_of(scenario)
-    poses = skeleton.world_poses(skeleton.frames_of(scenario), states)
+    frames = skeleton.frames_of(scenario)
+    poses = skeleton.world_poses(frames, states)
     flat = _FRONT
     if scenario.space.num_positions == 3:
         flat = _view(contacts, rotations.matrices(trace.object_pose[0, 3:]))
     axes = np.stack([poses[skeleton.contact_name(i)][1] for i in range(len(contacts))], axis=1)
     pairs = list(enumerate(contacts))
     rim = friction_outline(scenario, _CONE_CORNERS)
-    rims = np.stack([parts.cone_rim(each, rim, i, states) for i, each in pairs], axis=1)
+    friction = np.moveaxis(states.friction, 1, 0)[..., None, None]
+    rims = np.stack([parts.cone_rim(each, rim, friction[i]) for i, each in pairs], axis=1)
     cones = np.concatenate([np.zeros_like(rims[:, :, :1]), rims], axis=2)
     forces = np.stack([parts.force_in(each, i, states) for i, each in pairs], axis=1)
     normals = np.stack([axes[:, i] @ each.inward for i, each in pairs], axis=1)
@@ -95,7 +95,7 @@ def motion_of(result: RunResult, times: Values) -> HandMotion:
         corners=_outlines(corners),
         desired=_outlines(desired),
         edges=corners[:, edges_of(scenario)],
-        joints=_joints(scenario, poses) @ flat,
+        joints=_joints(frames, poses, len(contacts)) @ flat,
         normals=normals @ flat,
         cones=_outlines(np.einsum("tcij,tckj->tcki", axes, cones) @ flat),
         forces=np.einsum("tcij,tcj->tci", axes, forces) @ flat,
@@ -110,20 +110,18 @@ def _corners(scenario: Scenario, position: Values, turn: Values) -> Values:
     return position[:, None] + np.einsum("tij,cj->tci", turn, points)
 
 
-def _joints(scenario: Scenario, poses: dict[str, tuple[Values, Values]]) -> Values:
+def _joints(
+    frames: list[skeleton.Frame], poses: dict[str, tuple[Values, Values]], count: int
+) -> Values:
     """Origins of the links and the tip of each finger, ``(times, fingers, points, 3)``.
 
     If another finger has more links, the first point of a finger is repeated.
     """
-    chains = []
-    for i in range(len(scenario.fingers)):
-        links = [name for k in range(_MOST_LINKS) if (name := skeleton.link_frame(i, k)) in poses]
-        chains.append([*links, skeleton.tip_frame(i)])
+    chains = [skeleton.frames_along(frames, i) for i in range(count)]
     most = max(map(len, chains))
-    chains = [chain[:1] * (most - len(chain)) + chain for chain in chains]
-    return np.stack(
-        [np.stack([poses[name][0] for name in chain], axis=1) for chain in chains], axis=1
-    )
+    names = [chain[:1] * (most - len(chain)) + chain for chain in chains]
+    points = [np.stack([poses[name][0] for name in chain], axis=1) for chain in names]
+    return np.stack(points, axis=1)
 
 
 def _view(contacts: tuple[skeleton.Contact, ...], attitude: Values) -> Values:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
@@ -142,6 +143,12 @@ def new_drawing(
     axes.set_xlim(start[0], start[0] + mm * frame[2])
     axes.set_ylim(start[1], start[1] + mm * frame[3])
     return Drawing(axes, mm, halo)
+
+
+def empty_line(axes: Axes, zorder: float, **style: Any) -> Line2D:
+    """A line to be placed later."""
+    (drawn,) = axes.plot([], [], zorder=zorder, **style)
+    return drawn
 
 
 def unit(angle: float) -> Point:

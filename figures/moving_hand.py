@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
@@ -22,7 +21,8 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.figures.centre_mark import CentreMark
 from slipgrasp.figures.hand_motion import HandMotion
 from slipgrasp.figures.lenses import add_lenses
-from slipgrasp.figures.marks import arrow_outline
+from slipgrasp.figures.marks import arrow_outline, empty_line
+from slipgrasp.figures.moving_lens import MovingLens
 from slipgrasp.figures.panels import finger_colour, lighter
 from slipgrasp.figures.phases import draw_lanes, name_lanes, phase_patches
 from slipgrasp.figures.sheet import ending_words
@@ -62,23 +62,23 @@ _CHART_TOP, _LANE, _LEAST_LANES = 0.36, 0.0165, 0.035  # fractions of the image
 _POINTS_PER_INCH = 72.0
 
 
-class _Finger(NamedTuple):
-    """The moving parts of one finger."""
+class _Scale(NamedTuple):
+    """Scales of the drawing.
 
-    outline: Line2D
-    links: Line2D
-    joints: Line2D
-    cone: Polygon
-    force: Polygon
-    tip: Line2D
-    slip: Line2D
+    Attributes:
+        span: Larger side of the range that is always shown [m].
+        points_per_metre: Size of a metre [points].
+        metres_per_newton: Length of an arrow per newton.
+    """
 
+    span: float
+    points_per_metre: float
+    metres_per_newton: float
 
-class _Sizes(NamedTuple):
-    """Width of a link, and of a fingertip [points]."""
-
-    link: float
-    tip: float
+    @property
+    def link_width(self) -> float:
+        """Width of a link [m]."""
+        return min(_LINK_WIDTH, _WIDEST_LINK * self.span)
 
 
 class MovingHand:
@@ -105,44 +105,27 @@ class MovingHand:
         self._figure = Figure(figsize=(size[0] / dpi, SIZE[1]), dpi=dpi)
         self._canvas = FigureCanvasAgg(self._figure)
         hand = self._figure.add_axes((0.0, 0.36, 1.0, 0.56))
-        self._span, points_per_metre = _show_what_is_held(hand, motion)
-        strength = float(np.hypot(*np.moveaxis(motion.forces, -1, 0)).max())
-        self._metres_per_newton = _FORCE_LENGTH * self._span / max(strength, 1e-9)
-        self._arrow = _SHAFT * self._span, _HEAD * self._span
-        ghost: dict[str, Any] = {
-            "gid": "desired",
-            "fill": False,
-            "edgecolor": paint(GHOST),
-            "linestyle": "--",
-            "linewidth": 1.0,
-        }
-        self._ghost = Polygon(motion.desired[0], **ghost)
-        body: dict[str, Any] = {
-            "gid": "object",
-            "facecolor": paint(OBJECT),
-            "edgecolor": paint(OBJECT_EDGE),
-            "linewidth": 1.0,
-        }
-        self._body = Polygon(motion.corners[0], **body)
-        self._edges = LineCollection([], colors=[paint(OBJECT_EDGE)], linewidths=0.8)
+        scale = _show_what_is_held(hand, motion)
+        self._ghost = Polygon(
+            motion.desired[0], gid="desired", fill=False, ec=paint(GHOST), ls="--", lw=1.0
+        )
+        body, edge = paint(OBJECT), paint(OBJECT_EDGE)
+        self._body = Polygon(motion.corners[0], gid="object", fc=body, ec=edge, lw=1.0)
+        self._edges = LineCollection([], colors=[edge], linewidths=0.8)
         hand.add_patch(self._ghost)
         hand.add_patch(self._body)
         hand.add_collection(self._edges)
         chart = _draw_chart(self._figure, result, window)
         self._cursor = chart.axvline(0.0, color=paint(MARK), linewidth=0.8)
-        count = motion.slip.shape[1]
-        self._link_width = min(_LINK_WIDTH, _WIDEST_LINK * self._span)
-        width, dot = self._link_width, 2.0 * _TIP_RADIUS * self._span
-        sizes = _Sizes(points_per_metre * width, points_per_metre * dot)
-        self._fingers = [_add_finger(hand, chart, i, sizes) for i in range(count)]
-        self._centre: CentreMark | None = None
+        self._parts: list[_Finger | CentreMark | MovingLens] = [
+            _Finger(hand, chart, motion, i, scale) for i in range(motion.slip.shape[1])
+        ]
         if result.scenario.space.num_positions == 3:
             self._body.set_alpha(_GLASS)
-            for part in (p for i in np.flatnonzero(motion.behind) for p in self._fingers[i][:3]):
-                part.set_zorder(part.get_zorder() - _BEHIND)
         else:
-            self._centre = CentreMark(hand, sizes_of(result.scenario).inner_radius)
-        self._lenses = add_lenses(hand, result, motion)
+            inner_radius = sizes_of(result.scenario).inner_radius
+            self._parts.append(CentreMark(hand, inner_radius, motion.states.object_pose))
+        self._parts += add_lenses(hand, result, motion)
         self._clock = self._figure.text(0.98, 0.955, "", ha="right", va="center", fontsize=11)
         self._ending = self._figure.text(0.5, 0.895, "", ha="center", va="center", fontsize=10)
         self._last_words = ending_words(result)
@@ -157,15 +140,10 @@ class MovingHand:
 
     def _collect(self) -> list[Artist]:
         """The moving artists, from back to front."""
-        fingers = [part for finger in self._fingers for part in finger]
-        lenses = [part for lens in self._lenses for part in lens.artists]
-        centre = () if self._centre is None else self._centre.artists
+        parts = [artist for part in self._parts for artist in part.artists]
+        body = [self._ghost, self._body, self._edges, self._cursor]
         words = [self._clock, self._ending]
-        body = [self._ghost, self._body, self._edges, *centre]
-        return sorted(
-            [*body, self._cursor, *fingers, *lenses, *words],
-            key=lambda a: a.get_zorder(),
-        )
+        return sorted([*body, *parts, *words], key=lambda artist: artist.get_zorder())
 
     def draw(self, frame: int) -> Pixels:
         """Draws the image of one time.
@@ -200,40 +178,76 @@ class MovingHand:
         self._clock.set_text(self._tell(time).replace("t", "$t$", 1))
         is_last = frame == len(times) - 1
         self._ending.set_text(self._last_words if is_last else "")
-        for i, finger in enumerate(self._fingers):
-            self._place(finger, i, frame)
-        if self._centre is not None:
-            self._centre.place(motion.states.object_pose[frame])
-        for lens in self._lenses:
-            lens.place(frame)
+        for part in self._parts:
+            part.place(frame)
 
-    def _place(self, finger: _Finger, index: int, frame: int) -> None:
-        motion = self._motion
+
+class _Finger:
+    """A finger with its contact at successive times, and its slip in the chart.
+
+    Args:
+        hand: The picture of the hand.
+        chart: The chart of the slips.
+        motion: Positions at the times to draw.
+        index: Index of the finger.
+        scale: Scales of the drawing.
+    """
+
+    def __init__(
+        self, hand: Axes, chart: Axes, motion: HandMotion, index: int, scale: _Scale
+    ) -> None:
+        self._motion, self._index, self._scale = motion, index, scale
+        width = scale.points_per_metre * scale.link_width
+        bar: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round"}
+        dot: dict[str, Any] = {"marker": "o", "ls": "", "mec": paint(JOINT), "mew": 0.8}
+        self._bars = (
+            empty_line(hand, 2.4, color=paint(JOINT), lw=width + 1.6, **bar),
+            empty_line(hand, 2.5, color=paint(lighter(LINK, 0.3)), lw=width, **bar),
+        )
+        self._joints = empty_line(hand, 2.6, ms=width, mfc=paint(lighter(LINK, 0.7)), **dot)
+        grey: dict[str, Any] = {"fc": paint(lighter(CONE, 0.45)), "alpha": 0.45, "lw": 0.0}
+        self._cone = Polygon(np.zeros((3, 2)), gid=f"cone-{index}", zorder=2.2, **grey)
+        self._force = Polygon(np.zeros((3, 2)), gid=f"force-{index}", lw=0.0, zorder=3.3)
+        hand.add_patch(self._cone)
+        hand.add_patch(self._force)
+        dot["ms"] = scale.points_per_metre * (2.0 * _TIP_RADIUS * scale.span)
+        self._tip = empty_line(hand, 3.4, gid=f"fingertip-{index}", **dot)
+        in_chart = dot | {"ms": 5.0, "mec": paint(finger_colour(index))}
+        self._slip = empty_line(chart, 3.0, **in_chart)
+        if motion.behind[index]:
+            for part in (*self._bars, self._joints):
+                part.set_zorder(part.get_zorder() - _BEHIND)
+
+    @property
+    def artists(self) -> tuple[Artist, ...]:
+        """All artists."""
+        on_contact = (self._cone, self._force, self._tip)
+        return (*self._bars, self._joints, *on_contact, self._slip)
+
+    def place(self, frame: int) -> None:
+        """Shows a frame."""
+        motion, index, scale = self._motion, self._index, self._scale
         tip, normal = motion.joints[frame, index, -1], motion.normals[frame, index]
         # The ball touches the face from outside; the round end of the link ends behind it.
-        ball = tip - _TIP_RADIUS * self._span * normal
-        points = _shortened(motion.joints[frame, index], ball, 0.5 * self._link_width)
-        for part in (finger.outline, finger.links):
+        ball = tip - _TIP_RADIUS * scale.span * normal
+        points = _shortened(motion.joints[frame, index], ball, 0.5 * scale.link_width)
+        for part in self._bars:
             part.set_data(*points.T)
-        finger.joints.set_data(*points[:-1].T)
-        finger.tip.set_data(*ball[:, None])
-        phase = ContactPhase(int(motion.states.phases[frame, index]))
-        colour = paint(PHASES[phase])
-        finger.tip.set_markerfacecolor(colour)
-        finger.cone.set_xy(tip + _CONE_LENGTH * self._span * motion.cones[frame, index])
-        force = self._metres_per_newton * motion.forces[frame, index]
-        finger.force.set_xy(arrow_outline(tip, force, *self._arrow))
-        finger.force.set_color(colour)
-        finger.slip.set_data([motion.states.times[frame]], [1e3 * motion.slip[frame, index]])
-        finger.slip.set_markerfacecolor(colour)
+        self._joints.set_data(*points[:-1].T)
+        self._tip.set_data(*ball[:, None])
+        colour = paint(PHASES[ContactPhase(int(motion.states.phases[frame, index]))])
+        self._tip.set_markerfacecolor(colour)
+        self._cone.set_xy(tip + _CONE_LENGTH * scale.span * motion.cones[frame, index])
+        force = scale.metres_per_newton * motion.forces[frame, index]
+        arrow = arrow_outline(tip, force, _SHAFT * scale.span, _HEAD * scale.span)
+        self._force.set_xy(arrow)
+        self._force.set_color(colour)
+        self._slip.set_data([motion.states.times[frame]], [1e3 * motion.slip[frame, index]])
+        self._slip.set_markerfacecolor(colour)
 
 
-def _show_what_is_held(axes: Axes, motion: HandMotion) -> tuple[float, float]:
-    """Sets limits that always include the object and its fingertips.
-
-    Returns:
-        The larger span of the guaranteed range [m], and the size of a metre [points].
-    """
+def _show_what_is_held(axes: Axes, motion: HandMotion) -> _Scale:
+    """Sets limits that always include the object and its fingertips."""
     points = np.concatenate([motion.corners, motion.desired]).reshape(-1, 2)
     radius = 0.5 * float(np.hypot(*np.ptp(motion.corners[0], axis=0)))
     low, high = points.min(axis=0) - _MARGIN * radius, points.max(axis=0) + _MARGIN * radius
@@ -246,7 +260,9 @@ def _show_what_is_held(axes: Axes, motion: HandMotion) -> tuple[float, float]:
     axes.set_xlim(middle[0] - half[0], middle[0] + half[0])
     axes.set_ylim(middle[1] - half[1], middle[1] + half[1])
     axes.set_axis_off()
-    return float((high - low).max()), _POINTS_PER_INCH / scale
+    span = float((high - low).max())
+    strength = float(np.hypot(*np.moveaxis(motion.forces, -1, 0)).max())
+    return _Scale(span, _POINTS_PER_INCH / scale, _FORCE_LENGTH * span / max(strength, 1e-9))
 
 
 def _shortened(
@@ -282,36 +298,3 @@ def _draw_chart(figure: Figure, result: RunResult, window: Window) -> Axes:
     patches = phase_patches(result)
     figure.legend(handles=patches, loc="lower center", ncols=3, handlelength=1.2, fontsize=8.5)
     return chart
-
-
-def _add_finger(hand: Axes, chart: Axes, index: int, sizes: _Sizes) -> _Finger:
-    def line(axes: Axes, zorder: float, **style: Any) -> Line2D:
-        (drawn,) = axes.plot([], [], zorder=zorder, **style)
-        return drawn
-
-    edge = paint(JOINT)
-    links: dict[str, Any] = {"solid_capstyle": "round", "solid_joinstyle": "round"}
-    dot: dict[str, Any] = {
-        "marker": "o",
-        "linestyle": "",
-        "markeredgecolor": edge,
-        "markeredgewidth": 0.8,
-    }
-    grey: dict[str, Any] = {"fc": paint(lighter(CONE, 0.45)), "alpha": 0.45, "lw": 0.0}
-    cone = Polygon(np.zeros((3, 2)), gid=f"cone-{index}", zorder=2.2, **grey)
-    force = Polygon(np.zeros((3, 2)), gid=f"force-{index}", lw=0.0, zorder=3.3)
-    hand.add_patch(cone)
-    hand.add_patch(force)
-    return _Finger(
-        outline=line(hand, 2.4, color=edge, linewidth=sizes.link + 1.6, **links),
-        links=line(hand, 2.5, color=paint(lighter(LINK, 0.3)), linewidth=sizes.link, **links),
-        joints=line(
-            hand, 2.6, markersize=sizes.link, markerfacecolor=paint(lighter(LINK, 0.7)), **dot
-        ),
-        cone=cone,
-        force=force,
-        tip=line(hand, 3.4, gid=f"fingertip-{index}", markersize=sizes.tip, **dot),
-        slip=line(
-            chart, 3.0, markersize=5.0, **{**dot, "markeredgecolor": paint(finger_colour(index))}
-        ),
-    )

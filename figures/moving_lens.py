@@ -6,27 +6,28 @@ The face is fixed and the fingertip moves on it; the rim has the colour of the p
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch
-from numpy.typing import NDArray
+from matplotlib.patches import Circle, Patch, Polygon
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.scenario import is_there
 from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.core.words.phrases import length_words
 from slipgrasp.figures.hand_motion import HandMotion
+from slipgrasp.figures.marks import empty_line
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import MUTED, OBJECT, PHASES, WATER, Rgb
 from slipgrasp.scene.patches import FacePatch, patches_on
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.skeleton import Contact, contacts_of
 
-Values = NDArray[np.float64]
+AnyPatch = TypeVar("AnyPatch", bound=Patch)
 Box = tuple[float, float, float, float]
 """Left, bottom, width and height as fractions of the image."""
 
@@ -61,7 +62,7 @@ class MovingLens(ABC):
         self._rows = np.searchsorted(trace.times, states.times, side="right")
         self._name = result.scenario.finger_names[contact]
         self._hand, self._tips = hand, motion.joints[:, contact, -1]
-        (self._leader,) = hand.plot([], [], color=paint(MUTED), linewidth=0.6, zorder=9.0)
+        self._leader = empty_line(hand, 9.0, color=paint(MUTED), linewidth=0.6)
         self.axes = hand.figure.add_axes(box)
         self.axes.set_axis_off()
         self.axes.set_aspect("equal")
@@ -74,10 +75,10 @@ class MovingLens(ABC):
             (each, self.axes.add_patch(self._water(each, contacts[contact])))
             for each in patches_on(result.scenario, contact)
         ]
-        water = [drawn for _, drawn in self._patches]
-        for each in water:
-            each.set(facecolor=paint(WATER), linewidth=0.0, zorder=10.07)
-        self._drawn = *water, *self._add_parts(result, contacts[contact], contact, motion)
+        for _, water in self._patches:
+            water.set(facecolor=paint(WATER), linewidth=0.0, zorder=10.07)
+        self._drawn: list[Artist] = [water for _, water in self._patches]
+        self._add_parts(result, contacts[contact], contact, motion)
         for part in self._drawn:
             part.set_clip_path(self._face)
         self._rim = self.axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, lw=2.0, zorder=10.6))
@@ -123,7 +124,7 @@ class MovingLens(ABC):
     @abstractmethod
     def _add_parts(
         self, result: RunResult, contact: Contact, index: int, motion: HandMotion
-    ) -> tuple[Artist, ...]:
+    ) -> None:
         """Adds the parts inside the rim, from back to front."""
 
     @abstractmethod
@@ -132,5 +133,14 @@ class MovingLens(ABC):
 
     def line(self, zorder: float, **style: Any) -> Line2D:
         """Adds a line without points."""
-        (drawn,) = self.axes.plot([], [], zorder=zorder, **style)
+        self._drawn.append(drawn := empty_line(self.axes, zorder, **style))
         return drawn
+
+    def polygon(self, zorder: float, **style: Any) -> Polygon:
+        """Adds a polygon to be placed later."""
+        return self.patch(Polygon(np.zeros((4, 2)), zorder=zorder, **style))
+
+    def patch(self, patch: AnyPatch) -> AnyPatch:
+        """Adds a patch."""
+        self._drawn.append(self.axes.add_patch(patch))
+        return patch

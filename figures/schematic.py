@@ -26,7 +26,7 @@ from slipgrasp.recordings.palette import (
     OBJECT,
     OBJECT_EDGE,
 )
-from slipgrasp.scene.skeleton import chain_at_start
+from slipgrasp.scene.skeleton import chain_at_start, tip_at_start
 
 # Sizes on the page [mm].
 _HEIGHT = 84.0
@@ -62,12 +62,8 @@ def draw_schematic(scenario: PlanarScenario) -> Figure:
     """
     figure = new_figure(_HEIGHT)
     width = PAGE_WIDTH - _HAND_WIDTH
-    places = (
-        (0.0, _HAND_WIDTH, "(a) hand at the start"),
-        (_HAND_WIDTH, width, "(b) object and contacts"),
-    )
-    for left, wide, text in places:
-        add_title(figure, text, left, 1.5, wide, _TITLE)
+    add_title(figure, "(a) hand at the start", 0.0, 1.5, _HAND_WIDTH, _TITLE)
+    add_title(figure, "(b) object and contacts", _HAND_WIDTH, 1.5, width, _TITLE)
     top = 1.5 + _TITLE
     _draw_hand(figure, (0.0, top, _HAND_WIDTH, _HEIGHT - top), scenario)
     _draw_object(figure, (_HAND_WIDTH, top, width, _HEIGHT - top), scenario)
@@ -82,7 +78,7 @@ def start_pose(scenario: PlanarScenario, index: int) -> FingerPose:
     """
     finger = scenario.fingers[index]
     base = np.array(finger.base)
-    tip = _to_world(scenario, np.array(contact_frame(scenario.object, finger).anchor))
+    tip = base + tip_at_start(scenario, index)[:2]
     if finger.kind == "slides":
         return FingerPose(base, np.array([tip[0], base[1]]), tip, 0.0, 0.0)
     if finger.kind == "chain":
@@ -97,25 +93,25 @@ def start_pose(scenario: PlanarScenario, index: int) -> FingerPose:
     return FingerPose(base, base + l1 * unit(first), tip, first, second)
 
 
-def _to_world(scenario: PlanarScenario, point: Point) -> Point:
-    """A point of the object frame in the plane of the hand, in the start pose."""
-    x, y, angle = scenario.trajectory.start
-    along, across = unit(angle), unit(angle + 0.5 * math.pi)
-    return np.array([x, y]) + point[0] * along + point[1] * across
-
-
 def _draw_hand(figure: Figure, frame: Frame, scenario: PlanarScenario) -> None:
     poses = [start_pose(scenario, i) for i in range(len(scenario.fingers))]
-    corners = np.stack([_to_world(scenario, corner) for corner in outline(scenario.object)])
+    x, y, angle = scenario.trajectory.start
+    axes = np.stack([unit(angle), unit(angle + 0.5 * math.pi)])
+    corners = np.array([x, y]) + outline(scenario.object) @ axes
     points = np.concatenate([corners, *([p.base, p.elbow, p.tip] for p in poses)])
     drawing = new_drawing(figure, frame, points, _HAND_BORDERS, halo=True)
     drawing.axes.set_label("a")
-    face, edge = paint(OBJECT), paint(OBJECT_EDGE)
-    drawing.axes.add_patch(Polygon(corners, facecolor=face, edgecolor=edge, linewidth=0.8))
+    _draw_outline(drawing, corners)
     for i, (pose, finger) in enumerate(zip(poses, scenario.fingers, strict=True)):
         _draw_finger(drawing, pose, finger, i)
     drawing.dot(corners.mean(axis=0), 3.0, MARK, MARK)
     _draw_world_frame(drawing)
+
+
+def _draw_outline(drawing: Drawing, corners: Point) -> None:
+    """The object."""
+    face, edge = paint(OBJECT), paint(OBJECT_EDGE)
+    drawing.axes.add_patch(Polygon(corners, facecolor=face, edgecolor=edge, linewidth=0.8))
 
 
 def _draw_finger(drawing: Drawing, pose: FingerPose, finger: FingerParameters, index: int) -> None:
@@ -193,8 +189,7 @@ def _draw_object(figure: Figure, frame: Frame, scenario: PlanarScenario) -> None
     borders = (_OBJECT_BORDER, below + 6.0, _OBJECT_BORDER, above + 8.0)
     drawing = new_drawing(figure, frame, corners, borders, halo=False)
     drawing.axes.set_label("b")
-    face, edge = paint(OBJECT), paint(OBJECT_EDGE)
-    drawing.axes.add_patch(Polygon(corners, facecolor=face, edgecolor=edge, linewidth=0.8))
+    _draw_outline(drawing, corners)
     for i, finger in enumerate(scenario.fingers):
         _draw_contact(drawing, contact_frame(body, finger), finger, i)
     _draw_object_frame(drawing)

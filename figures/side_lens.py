@@ -7,13 +7,9 @@ fingertip slipped along are inside.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
-from matplotlib.artist import Artist
-from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon, Wedge
-from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
@@ -23,30 +19,18 @@ from slipgrasp.figures.moving_lens import MovingLens
 from slipgrasp.figures.panels import lighter
 from slipgrasp.figures.style import paint
 from slipgrasp.recordings.palette import CONE, JOINT, LENS, LINK, OBJECT, OBJECT_EDGE, PHASES, Rgb
+from slipgrasp.scene.parts import force_in
 from slipgrasp.scene.patches import FacePatch
-from slipgrasp.scene.rotations import about_z
+from slipgrasp.scene.rotations import Values, about_z
 from slipgrasp.scene.skeleton import Contact
 from slipgrasp.scene.states import States, drawable
-
-Values = NDArray[np.float64]
 
 # In radii of the close-up.
 _BALL, _LINK_WIDTH, _TRAIL = 0.09, 0.13, 0.1
 _CONE_LENGTH, _FORCE_LENGTH, _SHAFT, _HEAD = 0.58, 0.65, 0.05, 0.15
 
-_SQUARE = np.zeros((4, 2))  # of parts before they are placed
+_WAYS = ContactPhase.SLIP_BACKWARD, ContactPhase.SLIP_FORWARD
 _LEAST_FORCE = 1e-9  # [N]
-
-
-class _Parts(NamedTuple):
-    inside: Wedge
-    cone: Polygon
-    backward: Polygon
-    forward: Polygon
-    face: Line2D
-    link: Polygon
-    ball: Circle
-    force: Polygon
 
 
 class SideLens(MovingLens):
@@ -63,7 +47,7 @@ class SideLens(MovingLens):
 
     def _add_parts(
         self, result: RunResult, contact: Contact, index: int, motion: HandMotion
-    ) -> tuple[Artist, ...]:
+    ) -> None:
         states = motion.states
         self._tangent, self._inward = -contact.axes[:2, 0], contact.axes[:2, 1]
         slips = self.scale * drawable(result.trace.slip[:, index])
@@ -73,53 +57,42 @@ class SideLens(MovingLens):
         self._forces = _forces(states, index, contact)
         self._outward = _directions_of_link(motion, index, contact)
         middle = math.degrees(math.atan2(self._inward[1], self._inward[0]))
-        backward, forward = (
-            Polygon(_SQUARE, fc=paint(PHASES[phase]), lw=0.0, zorder=10.2)
-            for phase in (ContactPhase.SLIP_BACKWARD, ContactPhase.SLIP_FORWARD)
-        )
-        self._parts = _Parts(
-            Wedge((0.0, 0.0), 1.0, middle - 90, middle + 90, fc=paint(OBJECT), zorder=10.05),
-            Polygon(_SQUARE, fc=paint(lighter(CONE, 0.45)), alpha=0.6, lw=0.0, zorder=10.1),
-            backward,
-            forward,
-            self.line(10.25, color=paint(OBJECT_EDGE), linewidth=1.2),
-            Polygon(_SQUARE, fc=paint(LINK), lw=0.0, zorder=10.3),
-            Circle((0.0, 0.0), _BALL, ec=paint(JOINT), lw=0.6, zorder=10.4),
-            Polygon(_SQUARE, lw=0.0, zorder=10.5),
-        )
-        for part in self._parts:
-            if isinstance(part, Patch):
-                self.axes.add_patch(part)
-        self._parts.face.set_data(*np.stack([-self._tangent, self._tangent]).T)
-        return self._parts
+        inside = Wedge((0.0, 0.0), 1.0, middle - 90, middle + 90, fc=paint(OBJECT), zorder=10.05)
+        self.patch(inside)
+        self._cone = self.polygon(10.1, fc=paint(lighter(CONE, 0.45)), alpha=0.6, lw=0.0)
+        self._trails = [self.polygon(10.2, fc=paint(PHASES[way]), lw=0.0) for way in _WAYS]
+        face = self.line(10.25, color=paint(OBJECT_EDGE), linewidth=1.2)
+        face.set_data(*np.stack([-self._tangent, self._tangent]).T)
+        self._link = self.polygon(10.3, fc=paint(LINK), lw=0.0)
+        self._ball = self.patch(Circle((0.0, 0.0), _BALL, ec=paint(JOINT), lw=0.6, zorder=10.4))
+        self._force = self.polygon(10.5, lw=0.0)
 
     def _move(self, frame: int, colour: Rgb) -> None:
-        parts, tangent, inward = self._parts, self._tangent, self._inward
+        tangent, inward = self._tangent, self._inward
         slip, last = float(self._spots[frame]), max(int(self._rows[frame]) - 1, 0)
         lowest, highest = (float(slips[last]) for slips in self._farthest)
         ends = min(lowest, slip, 0.0), max(highest, slip, 0.0)
-        for part, end in zip((parts.backward, parts.forward), ends, strict=True):
+        for trail, end in zip(self._trails, ends, strict=True):
             face = np.stack([np.zeros(2), end * tangent])
-            part.set_xy(np.concatenate([face, face[::-1] + _TRAIL * inward]))
+            trail.set_xy(np.concatenate([face, face[::-1] + _TRAIL * inward]))
         tip = slip * tangent
         ball = tip - _BALL * inward
         sides = [inward + sign * self._friction[frame] * tangent for sign in (1.0, -1.0)]
         reach = _CONE_LENGTH / math.hypot(1.0, self._friction[frame])
-        parts.cone.set_xy(np.stack([tip, *(tip + reach * side for side in sides)]))
+        self._cone.set_xy(np.stack([tip, *(tip + reach * side for side in sides)]))
         aside = 0.5 * _LINK_WIDTH * self._outward[frame, ::-1] * [-1.0, 1.0]
         end = ball + 2.0 * self._outward[frame]
-        parts.link.set_xy(np.stack([ball + aside, end + aside, end - aside, ball - aside]))
-        parts.ball.set(center=ball, facecolor=paint(colour))
-        parts.force.set_xy(arrow_outline(tip, _FORCE_LENGTH * self._forces[frame], _SHAFT, _HEAD))
-        parts.force.set_facecolor(paint(colour))
+        self._link.set_xy(np.stack([ball + aside, end + aside, end - aside, ball - aside]))
+        self._ball.set(center=ball, facecolor=paint(colour))
+        self._force.set_xy(arrow_outline(tip, _FORCE_LENGTH * self._forces[frame], _SHAFT, _HEAD))
+        self._force.set_facecolor(paint(colour))
 
 
 def _forces(states: States, index: int, contact: Contact) -> Values:
     """Forces on the object in its axes, in the largest of all contacts, ``(times, 2)``."""
     tangential, normal = states.tangential_force[..., 0], states.normal_force
     largest = max(float(np.hypot(tangential, normal).max()), _LEAST_FORCE)
-    parts = np.stack([tangential[:, index], normal[:, index]], axis=1) / largest
-    return parts @ contact.axes[:2, :2].T
+    return force_in(contact, index, states)[:, :2] / largest @ contact.axes[:2, :2].T
 
 
 def _directions_of_link(motion: HandMotion, index: int, contact: Contact) -> Values:

@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
-from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
@@ -23,9 +22,8 @@ from slipgrasp.figures.phases import phase_patches
 from slipgrasp.figures.sheet import ending_words
 from slipgrasp.figures.style import PAGE_WIDTH, add_axes, add_box, new_figure, paint
 from slipgrasp.recordings.palette import CONE, MARK, MUTED, PHASES
-from slipgrasp.scene.states import drawable
-
-Values = NDArray[np.float64]
+from slipgrasp.scene.rotations import Values
+from slipgrasp.scene.states import States, drawable, states_of
 
 # Sizes on the page [mm].
 _TOP, _TITLE, _KEY = 1.5, 6.0, 6.0
@@ -72,6 +70,19 @@ def in_plane(values: Values, contact: int) -> Values:
     return values[:, 2 * contact : 2 * contact + 2][:, ::-1]
 
 
+def share_of_limit(states: States, contact: int, without: float) -> Values:
+    """Friction on the object divided by its limit, as (right, up): ``(n, 2)``.
+
+    Args:
+        states: The instants.
+        contact: Index of the contact.
+        without: The value where there is no limit.
+    """
+    limit = (states.friction * states.normal_force)[:, contact, None]
+    force = -states.tangential_force[:, contact, ::-1]
+    return np.divide(force, limit, out=np.full_like(force, without), where=limit > 0.0)
+
+
 def _draw_way(axes: Axes, result: RunResult, contact: int) -> None:
     rows = rows_from_start(result.trace)
     way = 1e3 * drawable(in_plane(result.trace.slip, contact)[rows])
@@ -89,11 +100,8 @@ def _draw_way(axes: Axes, result: RunResult, contact: int) -> None:
 
 def _draw_friction(axes: Axes, result: RunResult, contact: int) -> None:
     """Friction on the object, opposite to x_c and y_c, divided by its limit."""
-    trace, rows = result.trace, rows_from_start(result.trace)
-    limit = (trace.friction_coefficient * trace.normal_force)[rows, contact]
-    force = -in_plane(trace.tangential_force, contact)[rows]
-    share = np.full_like(force, np.nan)
-    np.divide(force, limit[:, None], out=share, where=limit[:, None] > 0.0)
+    states = states_of(result.trace[rows_from_start(result.trace)])
+    share = share_of_limit(states, contact, np.nan)
     outline = friction_outline(result.scenario)
     axes.add_patch(Polygon(outline, fc=paint(lighter(CONE, 0.86)), ec=paint(CONE), lw=0.8))
     for draw in (axes.axhline, axes.axvline):

@@ -8,13 +8,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.spatial import SpatialFinger
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.states import States
-
-Values = NDArray[np.float64]
 
 
 class Pad(NamedTuple):

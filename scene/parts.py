@@ -16,12 +16,11 @@ from slipgrasp.core.trace.types import ContactPhase
 from slipgrasp.scene import rotations, skeleton
 from slipgrasp.scene.pads import Pad
 from slipgrasp.scene.primitives import Arrow, Ball, Cone, Entity, Lines, Rod, Role, Shape
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.sizes import Sizes, sizes_of
 from slipgrasp.scene.skeleton import Contact, Moving
 from slipgrasp.scene.solids import edges_of, solid
 from slipgrasp.scene.states import States
-
-Values = NDArray[np.float64]
 
 LONGEST_ARROW = 100.0
 """Length limit of arrows, as a multiple of `Sizes.mark`, so that a diverging run can be drawn."""
@@ -70,16 +69,18 @@ def force_in(contact: Contact, i: int, states: States) -> Values:
     return contact.across(states.tangential_force[:, i]) + normal
 
 
-def cone_rim(contact: Contact, rim: Values, i: int, states: States) -> Values:
-    """Directions on the surface of a friction cone, ``(n, k, 3)``: unit normal part, tangential mu.
+def cone_rim(contact: Contact, rim: Values, friction: float | Values) -> Values:
+    """Directions on the surface of a friction cone: unit normal part, tangential mu.
 
     Args:
         contact: The contact.
         rim: Tangential directions divided by mu F_n, shape ``(k, d - 1)``.
-        i: Index of the contact.
-        states: The instants.
+        friction: The friction coefficient, or several, shape ``(n, 1, 1)``.
+
+    Returns:
+        Vectors of the contact frame, shape ``(k, 3)``, or ``(n, k, 3)``.
     """
-    return contact.inward + states.friction[:, i, None, None] * contact.across(rim)
+    return contact.inward + friction * contact.across(rim)
 
 
 def _finger(
@@ -99,10 +100,8 @@ def _finger(
             reach = max(length - sizes.tip_radius, 0.5 * length)
         along = np.array([reach, 0.0, 0.0])
         link = Rod(Role.LINK, 0.0 * along, along, (radius, end), rounded=True)
-        pin = Rod(
-            Role.JOINT, -1.2 * radius * axle, 1.2 * radius * axle, (0.7 * radius, 0.7 * radius)
-        )
-        yield Entity(skeleton.link_frame(i, k), skeleton.link_frame(i, k), (link, pin))
+        name = skeleton.link_frame(i, k)
+        yield Entity(name, name, (link, _axle(axle, radius)))
         radius = end
 
 
@@ -119,15 +118,21 @@ def _chain(i: int, scenario: HandScenario, chain: Chain, sizes: Sizes) -> Iterat
         along = np.array(chain.tip if is_last else chain.joints[k + 1].place)
         length = float(np.linalg.norm(along))
         axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
-        thick = 0.7 * radius
-        shapes = [Rod(Role.JOINT, -1.2 * radius * axis, 1.2 * radius * axis, (thick, thick))]
+        shapes = [_axle(axis, radius)]
         end = min(_TAPER * radius, 0.95 * sizes.tip_radius) if is_last else _TAPER * radius
         if length > 0.0:
             reach = max(length - sizes.tip_radius, 0.5 * length) if is_last else length
             bar = Rod(Role.LINK, 0.0 * along, reach / length * along, (radius, end), rounded=True)
             shapes.append(bar)
-        yield Entity(skeleton.link_frame(i, k), skeleton.link_frame(i, k), tuple(shapes))
+        name = skeleton.link_frame(i, k)
+        yield Entity(name, name, tuple(shapes))
         radius = end if length > 0.0 else radius
+
+
+def _axle(axis: Values, radius: float) -> Rod:
+    """The axle of a joint in a link with a radius [m]."""
+    thick = 0.7 * radius
+    return Rod(Role.JOINT, -1.2 * radius * axis, 1.2 * radius * axis, (thick, thick))
 
 
 def _rail_of(joint: ChainJoint, position: float, radius: float) -> Rod:
@@ -174,13 +179,8 @@ def _contact(scenario: Scenario, contact: Contact, i: int, sizes: Sizes) -> Iter
         yield Rod(phase, outer, 0.0 * outer, (pad.radius, pad.radius))
         hand = partial(_pad_hand, contact, pad)
         yield Lines(Role.JOINT, hand, np.array([[0, 1]]), 0.6 * sizes.thickness)
-    yield Arrow(
-        phase,
-        front,
-        lambda states: _arrow(force_in(contact, i, states), sizes),
-        shaft_diameter=0.1 * sizes.mark,
-        head_length=0.3 * sizes.mark,
-        head_diameter=0.25 * sizes.mark,
+    yield _force_arrow(
+        i, front, lambda states: _arrow(force_in(contact, i, states), sizes), sizes.mark
     )
     if scenario.friction_cone == "cone":
         yield Cone(Role.CONE, lambda states: np.arctan(states.friction[:, i]), sizes.mark)
@@ -210,12 +210,12 @@ def _friction(scenario: SupportScenario, sizes: Sizes) -> Iterator[Shape]:
         return _arrow(np.pad(states.tangential_force[:, 0], ((0, 0), (0, 1))), sizes)
 
     down = np.array([0.0, 0.0, -2.0 * sizes.half_depth])
-    yield _slide_force(0, np.zeros(3), force, sizes.mark)
+    yield _force_arrow(0, np.zeros(3), force, sizes.mark)
     yield _slide_path(0, down, sizes)
 
 
-def _slide_force(i: int, tail: Values, force: Moving, mark: float) -> Arrow:
-    """The force on a sliding body."""
+def _force_arrow(i: int, tail: Values, force: Moving, mark: float) -> Arrow:
+    """The force on the object at a contact, in the colour of its phase."""
     return Arrow(partial(_phase, i), tail, force, 0.1 * mark, 0.3 * mark, 0.25 * mark)
 
 
@@ -244,7 +244,7 @@ def _rail(scenario: RailScenario, sizes: Sizes) -> Iterator[Entity]:
 
     front, mark = np.array([0.0, 0.0, sizes.front]), min(sizes.mark, body.half_width)
     name = skeleton.contact_name(1)
-    marks = _slide_force(1, front, force, mark), _slide_path(1, front, sizes)
+    marks = _force_arrow(1, front, force, mark), _slide_path(1, front, sizes)
     yield Entity(name, name, marks)
 
 
@@ -264,7 +264,7 @@ def _cone_lines(scenario: Scenario, contact: Contact, i: int, sizes: Sizes, fron
     rim = rim if is_flat else rim[1::2]
 
     def points(states: States) -> Values:
-        ends = cone_rim(contact, rim, i, states)
+        ends = cone_rim(contact, rim, states.friction[:, i, None, None])
         ends = sizes.mark * ends / np.linalg.norm(ends, axis=2, keepdims=True)
         return front + np.concatenate([np.zeros((len(ends), 1, 3)), ends], axis=1)
 

@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.skeleton import Moving
 from slipgrasp.scene.states import States
-
-Values = NDArray[np.float64]
 
 
 class Role(StrEnum):

@@ -23,10 +23,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import (
     PLANAR,
@@ -49,9 +49,9 @@ from slipgrasp.core.scenario.spatial_geometry import spatial_contact
 from slipgrasp.core.scenario.spatial_geometry import tip_at_start as spatial_tip_at_start
 from slipgrasp.scene import rotations
 from slipgrasp.scene.pads import Pad, pad_of
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.states import States
 
-Values = NDArray[np.float64]
 Moving = Callable[[States], Values]
 """A quantity of every state, shape ``(n, ...)``."""
 
@@ -154,6 +154,12 @@ def finger_of(frame: str) -> int | None:
     return int(index) if kind == "finger" else None
 
 
+def frames_along(frames: list[Frame], finger: int) -> list[str]:
+    """Names of the frames at the links and at the tip of a finger, in order."""
+    own = [frame.name for frame in frames if finger_of(frame.name) == finger]
+    return [name for name in own if "/link_" in name or name == tip_frame(finger)]
+
+
 def contact_name(contact: int) -> str:
     """Name of the frame on the face that a fingertip touches."""
     return f"contact_{contact}"
@@ -192,15 +198,12 @@ def body_frames(scenario: Scenario) -> list[Frame]:
     raised = np.array(_ORIGIN)
     if isinstance(scenario, RailScenario):
         raised[1] = scenario.object.face_half_length
-    return [
-        *frames,
-        Frame(
-            OBJECT, root, lambda s: s.object_pose[:, :3] + raised, lambda s: s.object_pose[:, 3:]
-        ),
-        Frame(
-            DESIRED, root, lambda s: s.desired_pose[:, :3] + raised, lambda s: s.desired_pose[:, 3:]
-        ),
-    ]
+
+    def body(name: str, pose: Moving) -> Frame:
+        return Frame(name, root, lambda s: pose(s)[:, :3] + raised, lambda s: pose(s)[:, 3:])
+
+    actual, desired = attrgetter("object_pose"), attrgetter("desired_pose")
+    return [*frames, body(OBJECT, actual), body(DESIRED, desired)]
 
 
 def world_poses(frames: list[Frame], states: States) -> dict[str, tuple[Values, Values]]:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.geometry import outline
 from slipgrasp.scene.primitives import Role, Triangles
-
-Values = NDArray[np.float64]
+from slipgrasp.scene.rotations import Values
 
 
 def solid(scenario: Scenario, half_depth: float) -> Triangles:

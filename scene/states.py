@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.scene import rotations
-
-Values = NDArray[np.float64]
+from slipgrasp.scene.rotations import Values
 
 _Z = np.array([0.0, 0.0, 1.0])
 _LARGEST = 1e100

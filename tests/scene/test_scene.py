@@ -123,7 +123,7 @@ def test_the_force_of_a_sliding_contact_lies_on_the_edge_of_its_cone(runs):
         states, rim = states_of(run.trace), friction_outline(run.scenario, 720)
         for i, contact in enumerate(contacts_of(run.scenario)):
             slips = states.phases[:, i] != ContactPhase.STICK
-            edges = parts.cone_rim(contact, rim, i, states)[slips]
+            edges = parts.cone_rim(contact, rim, states.friction[:, i, None, None])[slips]
             force = parts.force_in(contact, i, states)[slips]
             edges /= np.linalg.norm(edges, axis=2, keepdims=True)
             force /= np.linalg.norm(force, axis=1, keepdims=True)

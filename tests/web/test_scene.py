@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from slipgrasp.core.run.result import RunResult
+from slipgrasp.core.scenario.hand_files.meshes import Mesh
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.recordings.palette import PHASES
@@ -27,7 +28,6 @@ from slipgrasp.web.scene.layout import (
 )
 from slipgrasp.web.scene.marks import MarkSizes, Trail, sizes_on_hand
 from slipgrasp.web.scene.shapes import (
-    Mesh,
     circle,
     dashed_edges,
     extrude,

@@ -215,7 +215,7 @@ def test_a_polygon_is_drawn_with_its_corners_and_a_ghost_of_it_too(
     plane = matrices(node(viewer_server, "/ghost/plane").wxyz[None])[0]
     np.testing.assert_allclose(plane @ [x, y, 0.0], [x, 0.0, y], atol=1e-12)
     assert (layout.low < np.array(CORNERS) + sample.states.object_pose[0, :2]).all()
-    assert (layout.hand_high > np.array(CORNERS) + sample.states.object_pose[0, :2]).all()
+    assert (layout.hand[1] > np.array(CORNERS) + sample.states.object_pose[0, :2]).all()
 
 
 def test_a_low_friction_patch_lies_on_its_face_and_in_the_close_up_while_it_is_there(
@@ -231,7 +231,7 @@ def test_a_low_friction_patch_lies_on_its_face_and_in_the_close_up_while_it_is_t
     assert others == [[]] * len(others)
     assert 0.01 < patch["start"] <= 0.03
     assert patch["radius"] == pytest.approx(0.02)
-    band = node(viewer_server, "/hand/plane/object/wet0/band").vertices[:, [0, 2]]
+    band = node(viewer_server, "/hand/plane/object/wet0/water").vertices[:, [0, 2]]
     start, end = np.array(CORNERS[5]), np.array(CORNERS[0])
     along = (band - 0.5 * (start + end)) @ (end - start) / np.hypot(*(end - start))
     assert np.abs(along).max() == pytest.approx(0.02, abs=1e-6)

@@ -122,12 +122,12 @@ def test_the_scene_follows_body_and_fingertip(
 ) -> None:
     scene = Scene(viewer_server)
     layout = scene.show(run, run)
-    assert (layout.hand_low < layout.hand_high).all()
+    assert (layout.hand[0] < layout.hand[1]).all()
     sampler = Sampler(run.trace)
     for time in (0.0, 0.1, 0.5):
         sample = sampler.at(time)
         scene.update(sample, sampler.at(0.0))
-        place = nodes(viewer_server, "/slide")["/slide/top"].position
+        place = nodes(viewer_server, "/slide")["/slide/tip"].position
         if kind.space is SUPPORT:
             np.testing.assert_allclose(place[:2], sample.states.slip[0, 0], atol=1e-3)
             continue
@@ -143,7 +143,7 @@ def test_another_kind_of_scenario_replaces_the_scene(
     for each in (run, case_2, run):
         scene.show(each)
         scene.update(Sampler(each.trace).at(0.1))
-        assert ("/slide/top/arrows" in nodes(viewer_server, "/slide")) == (each is run)
+        assert ("/slide/tip/arrows" in nodes(viewer_server, "/slide")) == (each is run)
 
 
 def test_charts_have_finite_lines_and_say_nothing_foreign(kind: Kind, run: RunResult) -> None:

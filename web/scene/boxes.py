@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Points = NDArray[np.float64]
-Box = tuple[Points, Points]
+from slipgrasp.scene.rotations import Values
+
+Box = tuple[Values, Values]
 """Lower left and upper right corner [m]."""
 
 _MOST_IN_A_ROW = 3
@@ -18,7 +18,7 @@ _MOST_LAG = 4.0  # radii of the object; larger distances are outside the view
 _DIGITS = 5
 
 
-def with_close_ups(low: Points, high: Points, count: int) -> tuple[Box, Box]:
+def with_close_ups(low: Values, high: Values, count: int) -> tuple[Box, Box]:
     """Two boxes with space for close-ups: above, and at both sides for a low view.
 
     Above they are in two rows if there are more than three.
@@ -43,7 +43,7 @@ def with_close_ups(low: Points, high: Points, count: int) -> tuple[Box, Box]:
     )
 
 
-def box_around(corners: Points, path: Points, lag: Points, radius: float) -> Box:
+def box_around(corners: Values, path: Values, lag: Values, radius: float) -> Box:
     """A box around the desired motion of an object, with a margin for its lag.
 
     Runs with one desired motion and small lags have the same box.
@@ -69,6 +69,6 @@ def box_around(corners: Points, path: Points, lag: Points, radius: float) -> Box
     return low.round(_DIGITS), high.round(_DIGITS)
 
 
-def _extremes(lag: Points) -> tuple[Points, Points]:
+def _extremes(lag: Values) -> tuple[Values, Values]:
     """Largest lags of an object behind and ahead of its desired position, ``(2,)`` each."""
     return lag.max(axis=0, initial=0.0), (-lag).max(axis=0, initial=0.0)

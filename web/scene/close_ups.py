@@ -17,10 +17,11 @@ import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
-from slipgrasp.core.scenario import FingerParameters, PlanarScenario
+from slipgrasp.core.scenario import FingerParameters, PlanarScenario, Scenario
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
 from slipgrasp.core.trace.trace import Trace
 from slipgrasp.scene.patches import FacePatch, patches_on
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.scene.skeleton import Contact, contacts_of
 from slipgrasp.server.viewer.server import release_arrays
@@ -28,7 +29,6 @@ from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.scene.layout import SceneLayout
 from slipgrasp.web.scene.marks import beliefs_of
 
-Values = NDArray[np.float64]
 Arrays = dict[str, NDArray[Any]]
 
 PACKET, CLOCK = "/close-ups", "/clock"
@@ -82,9 +82,7 @@ def facts_of(
     """
     scenario = result.scenario
     own = contacts_of(scenario) if scenario.space.has_hand else ()
-    front = np.array([0.0, 0.0, sizes_of(scenario).front])
     pale = () if ghost is None else contacts_of(ghost.scenario)
-    alike = [i < len(pale) and np.allclose(pale[i].axes, each.axes) for i, each in enumerate(own)]
     return {
         "visible": appearance.lenses and len(own) > 0,
         "cones": appearance.cones,
@@ -96,17 +94,7 @@ def facts_of(
         "speed": layout.full.speed,
         "limit": layout.limit,
         "outline": friction_outline(scenario, _OUTLINE_CORNERS).tolist(),
-        "contacts": [
-            {
-                **_contact_facts(contact, front),
-                "name": name,
-                "ghost": bool(has_ghost),
-                "patches": [_patch_facts(each) for each in patches_on(scenario, i)],
-            }
-            for i, (contact, name, has_ghost) in enumerate(
-                zip(own, scenario.finger_names[: len(own)], alike, strict=True)
-            )
-        ],
+        "contacts": [_contact_facts(scenario, i, each, pale) for i, each in enumerate(own)],
     }
 
 
@@ -203,9 +191,11 @@ def _rows_before_changes(trace: Trace) -> NDArray[np.intp]:
     return np.flatnonzero((np.diff(trace.phase, axis=0) != 0).any(axis=1))
 
 
-def _contact_facts(contact: Contact, front: Values) -> dict[str, Any]:
+def _contact_facts(
+    scenario: Scenario, i: int, contact: Contact, pale: tuple[Contact, ...]
+) -> dict[str, Any]:
     """Position of a contact on the object, and its directions in a planar close-up."""
-    pad = contact.pad
+    pad, front = contact.pad, np.array([0.0, 0.0, sizes_of(scenario).front])
     return {
         "anchor": (contact.anchor + front).tolist(),
         "flat": contact.dimensions == 2,
@@ -214,6 +204,9 @@ def _contact_facts(contact: Contact, front: Values) -> dict[str, Any]:
         "onSlides": contact.on_slides,
         "pad": 0.0 if pad is None else pad.radius,
         "eccentricity": 0.0 if pad is None else pad.eccentricity,
+        "name": scenario.finger_names[i],
+        "ghost": i < len(pale) and np.allclose(pale[i].axes, contact.axes),
+        "patches": [_patch_facts(each) for each in patches_on(scenario, i)],
     }
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-Values = NDArray[np.float64]
+from slipgrasp.scene.rotations import Values
 
 _SMALLEST_MOVE = 5e-4
 

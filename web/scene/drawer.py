@@ -9,7 +9,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
 from slipgrasp.recordings.palette import GHOST, Rgb
 from slipgrasp.scene import rotations, skeleton
@@ -19,11 +18,8 @@ from slipgrasp.scene.states import States
 from slipgrasp.server.viewer.server import release_arrays
 from slipgrasp.web.model.selection import OBJECT, finger_part
 from slipgrasp.web.model.surfaces import Surfaces
-from slipgrasp.web.scene.detail import Detail
-from slipgrasp.web.scene.picking import Picking
+from slipgrasp.web.scene.canvas import Canvas
 from slipgrasp.web.scene.shapes import dashed_edges, faceted, rounded_bar, turned_profile
-
-Values = NDArray[np.float64]
 
 _GLASS = 0.4
 _DASHES = 36
@@ -33,14 +29,11 @@ class HandDrawer:
     """Draws frames and their entities.
 
     Args:
-        scene: Scene of the nodes.
+        canvas: Adds the nodes.
         root: Name of the root node.
         frames: All frames, parents first.
         entities: Entities in the frames; contacts are drawn by `ContactView`.
-        surfaces: Colours.
-        detail: Level of detail.
         glass: Whether the object is transparent.
-        picking: Makes fingers clickable; None without interaction.
 
     Attributes:
         paths: Names of the nodes of all frames.
@@ -49,19 +42,14 @@ class HandDrawer:
 
     def __init__(
         self,
-        scene: viser.SceneApi,
+        canvas: Canvas,
         root: str,
         frames: Sequence[Frame],
-        entities: Sequence[Entity],
-        surfaces: Surfaces,
-        detail: Detail,
+        entities: Sequence[Entity] = (),
         *,
-        glass: bool,
-        picking: Picking | None = None,
+        glass: bool = False,
     ) -> None:
-        self._picking = picking
-        self._scene, self._surfaces, self._glass = scene, surfaces, glass
-        self._detail = detail
+        self._canvas, self._glass = canvas, glass
         self._moving: list[tuple[Moving, viser.FrameHandle, str, int]] = []
         self.paths = {frames[0].parent: root}
         for frame in frames:
@@ -77,7 +65,7 @@ class HandDrawer:
         for row, (moving, _, _, width) in zip(now, self._moving, strict=True):
             row[:width] = moving(states)[0]
         # Together, because a comparison for each takes longer than computing the positions.
-        far = self._detail.is_far(now, self._drawn)
+        far = self._canvas.detail.is_far(now, self._drawn)
         for k in np.flatnonzero(far).tolist():
             _, node, key, width = self._moving[k]
             setattr(node, key, now[k, :width])
@@ -85,7 +73,7 @@ class HandDrawer:
 
     def _add_frame(self, frame: Frame) -> None:
         path = self.paths[frame.name] = f"{self.paths[frame.parent]}/{frame.name.replace('/', '-')}"
-        node = self._scene.add_frame(path, show_axes=False)
+        node = self._canvas.add_frame(path)
         if callable(frame.position):
             self._moving.append((frame.position, node, "position", 3))
         else:
@@ -97,56 +85,43 @@ class HandDrawer:
 
     def _add(self, shape: Shape, name: str, frame: str) -> None:
         assert isinstance(shape.paint, Role), "contacts are drawn by ContactView"
-        colour = colour_of(shape.paint, self._surfaces)
+        colour = colour_of(shape.paint, self._canvas.surfaces)
         if isinstance(shape, Triangles):
-            self.block = self._scene.add_mesh_simple(
+            self.block = self._canvas.add_mesh(
                 name,
-                *faceted(shape.points, shape.indices.astype(np.uint32)),
-                color=colour,
+                faceted(shape.points, shape.indices.astype(np.uint32)),
+                colour,
+                part=OBJECT,
                 opacity=_GLASS if self._glass else None,
                 side="double" if self._glass else "front",
             )
-            if self._picking is not None:
-                self._picking.make_clickable(self.block, OBJECT)
         elif isinstance(shape, Lines):
             assert not callable(shape.points), "contacts are drawn by ContactView"
             edges = shape.points[shape.indices]
             # A prism has three edges for each corner of its base.
             count = max(3 * _DASHES // len(edges), 2)
             points = dashed_edges(edges, count) if shape.dashed else edges
-            self._scene.add_line_segments(
-                name, points.astype(np.float32), colour, thickness=shape.thickness
-            )
+            self._canvas.add_lines(name, colour, shape.thickness, points)
         else:
             assert isinstance(shape, Rod), f"no drawing of {type(shape).__name__} in {frame}"
-            rod = self._add_rod(shape, name, colour)
-            finger = skeleton.finger_of(frame)
-            if self._picking is not None and finger is not None:
-                self._picking.make_clickable(rod, finger_part(finger))
+            self._add_rod(shape, name, colour, skeleton.finger_of(frame))
 
-    def _add_rod(self, rod: Rod, name: str, colour: Rgb) -> viser.MeshHandle:
+    def _add_rod(self, rod: Rod, name: str, colour: Rgb, finger: int | None) -> None:
         along = rod.end - rod.start
         length, (first, last) = float(np.linalg.norm(along)), rod.radii
         ends = np.array([[0.0, 0.0], [0.0, first], [length, last], [length, 0.0]])
         bar = rounded_bar(length, first, last) if rod.rounded else faceted(*turned_profile(ends))
-        node = self._scene.add_mesh_simple(
+        node = self._canvas.add_mesh(
             name,
-            *bar,
-            color=colour,
+            bar,
+            colour,
+            part=None if finger is None else finger_part(finger),
             position=rod.start,
             wxyz=rotations.from_x_to(along[None])[0],
         )
         release_arrays(node)  # A chain has many rods, which keep their shape.
-        return node
 
 
 def colour_of(role: Role, surfaces: Surfaces) -> Rgb:
-    """Colour of a primitive, by its role."""
-    return {
-        Role.OBJECT: surfaces.object,
-        Role.OBJECT_EDGE: surfaces.object_edge,
-        Role.DESIRED: GHOST,
-        Role.LINK: surfaces.link,
-        Role.JOINT: surfaces.joint,
-        Role.MOUNT: surfaces.mount,
-    }[role]
+    """Colour of a primitive: the surface with the name of its role, except `Role.DESIRED`."""
+    return GHOST if role is Role.DESIRED else getattr(surfaces, role.name.lower())

@@ -8,18 +8,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import PLANAR, RAIL, SPATIAL, SUPPORT, Scenario
 from slipgrasp.scene import rotations, skeleton
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.scene.solids import solid
 from slipgrasp.scene.states import States, states_of
 from slipgrasp.web.scene.boxes import Box, box_around, with_close_ups
 from slipgrasp.web.scene.view_plane import FRONT, ViewPlane
-
-Points = NDArray[np.float64]
 
 _AZIMUTHS = np.radians(np.arange(-180.0, 180.0, 5.0))
 _ELEVATION, _ASIDE = math.radians(24.0), math.radians(14.0)
@@ -59,8 +57,7 @@ class SceneLayout:
         low: Lower left corner of the view.
         high: Its upper right corner.
         beside: Corners of a view with close-ups at the sides of the hand.
-        hand_low: Lower left corner of the visible part of the hand, without close-ups.
-        hand_high: Upper right corner of that part.
+        hand: Corners of the visible part of the hand, without close-ups.
     """
 
     plane: ViewPlane
@@ -68,16 +65,15 @@ class SceneLayout:
     reach: float
     tick: float
     limit: float
-    held: Points
-    low: Points
-    high: Points
+    held: Values
+    low: Values
+    high: Values
     beside: Box
-    hand_low: Points
-    hand_high: Points
+    hand: Box
 
     def corners(self, *, lenses: bool) -> Box:
         """Corners of the view, with or without close-ups."""
-        return (self.low, self.high) if lenses else (self.hand_low, self.hand_high)
+        return (self.low, self.high) if lenses else self.hand
 
     def boxes(self, *, lenses: bool) -> tuple[Box, ...]:
         """The view, and with close-ups another for a low window; see `camera.frame_nearest`."""
@@ -96,10 +92,8 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
     count = len(scenario.fingers)
     plane = _first_look(scenario, states_of(trace[:1]))
     box = _hand_box if whole_hand and scenario.space.has_control else _grasp_box
-    hand_low, hand_high = bare = box(result, plane)
-    (low, high), beside = bare, bare
-    if scenario.space.has_hand:
-        (low, high), beside = with_close_ups(*bare, count)
+    hand = box(result, plane)
+    whole, beside = with_close_ups(*hand, count) if scenario.space.has_hand else (hand, hand)
     slip = np.linalg.norm(trace.slip.reshape(len(trace), count, -1), axis=2)
     reach, tick = reach_and_tick(scenario, float(slip.max()))
     limit = max(float(trace.friction_coefficient.max() * full.force), 1e-3)
@@ -110,11 +104,10 @@ def lay_out(result: RunResult, *, whole_hand: bool = False) -> SceneLayout:
         tick=tick,
         limit=nice_at_least(limit),
         held=_held_points(result),
-        low=low,
-        high=high,
+        low=whole[0],
+        high=whole[1],
         beside=beside,
-        hand_low=hand_low,
-        hand_high=hand_high,
+        hand=hand,
     )
 
 
@@ -146,7 +139,7 @@ def full_scale(result: RunResult) -> FullScale:
     )
 
 
-def _grasp_box(result: RunResult, plane: ViewPlane) -> tuple[Points, Points]:
+def _grasp_box(result: RunResult, plane: ViewPlane) -> tuple[Values, Values]:
     """Corners of a box around all desired positions of the object, and its fingertips [m]."""
     poses = skeleton.world_poses(skeleton.body_frames(result.scenario), states_of(result.trace))
     actual, desired = (
@@ -157,7 +150,7 @@ def _grasp_box(result: RunResult, plane: ViewPlane) -> tuple[Points, Points]:
     return box_around(corners, desired - actual[0], desired - actual, radius)
 
 
-def _hand_box(result: RunResult, plane: ViewPlane) -> tuple[Points, Points]:
+def _hand_box(result: RunResult, plane: ViewPlane) -> tuple[Values, Values]:
     """Corners of a box around object, fingers and mounts at the start [m]."""
     frames = skeleton.frames_of(result.scenario)
     poses = skeleton.world_poses(frames, states_of(result.trace[:1]))
@@ -167,7 +160,7 @@ def _hand_box(result: RunResult, plane: ViewPlane) -> tuple[Points, Points]:
     return points.min(axis=0) - _MARGIN_LOW, points.max(axis=0) + _MARGIN_HIGH
 
 
-def _corners(scenario: Scenario, positions: Points, turns: Points) -> Points:
+def _corners(scenario: Scenario, positions: Values, turns: Values) -> Values:
     """Corners of the object in the first of some poses, shape ``(2 corners, 3)`` [m]."""
     points = solid(scenario, sizes_of(scenario).half_depth).points
     return positions[0] + points @ turns[0].T
@@ -190,7 +183,7 @@ def _first_look(scenario: Scenario, start: States) -> ViewPlane:
     return ViewPlane.seen_from(float(_AZIMUTHS[int(np.argmax(shown + front))]) + _ASIDE, _ELEVATION)
 
 
-def _held_points(result: RunResult) -> Points:
+def _held_points(result: RunResult) -> Values:
     """Corners of a box around the actual and desired object at some instants [m]."""
     trace, scenario = result.trace, result.scenario
     some = trace[np.unique(np.linspace(0, len(trace) - 1, _POSES).astype(int))]

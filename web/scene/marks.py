@@ -6,20 +6,16 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import viser
 from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.trace.types import ContactPhase
-from slipgrasp.recordings.palette import PHASES, Rgb
+from slipgrasp.recordings.palette import PHASES
+from slipgrasp.scene.rotations import Values
 from slipgrasp.web.model.colours import glow
 from slipgrasp.web.model.sampling import Sample
-from slipgrasp.web.scene.layout import FullScale, SceneLayout
+from slipgrasp.web.scene.layout import FullScale
 
-Points = NDArray[np.float64]
-
-HEAD_LENGTH = 5.0
-"""Length of the head of an arrow, in radii of its shaft."""
 _USUAL_INNER_RADIUS = 0.05
 
 
@@ -44,21 +40,21 @@ class Trail(NamedTuple):
             contact point: shape ``(k, d - 1)``.
     """
 
-    path: Points
+    path: Values
 
     @property
-    def extent(self) -> Points:
+    def extent(self) -> Values:
         """Values that change with the trail."""
         ends = self.path[[0, -1]].ravel()
         return np.append(ends, len(self.path))
 
     @property
-    def segments(self) -> Points:
+    def segments(self) -> Values:
         """Segments of the path, shape ``(k, 2, d - 1)``."""
         path = self.path if len(self.path) > 1 else self.path[[0, 0]]
         return np.stack([path[:-1], path[1:]], axis=1)
 
-    def divided(self, count: int) -> tuple[Points, NDArray[np.uint8]]:
+    def divided(self, count: int) -> tuple[Values, NDArray[np.uint8]]:
         """The segments of the path with colours, each divided into equal parts.
 
         Args:
@@ -120,47 +116,11 @@ class RunFacts:
         return None if place is None else np.maximum(sample.estimates[place], 0.0)
 
 
-def run_facts(result: RunResult, layout: SceneLayout, force_scale: float) -> RunFacts:
-    """The constant data of the marks of a run.
-
-    Args:
-        result: The run.
-        layout: Layout of the view.
-        force_scale: User's scale of the arrows of forces.
-    """
-    return RunFacts(
-        full=layout.full._replace(force=layout.full.force / force_scale),
-        beliefs=beliefs_of(result),
-    )
-
-
 def beliefs_of(result: RunResult) -> tuple[int | None, ...]:
     """Index of the estimate of each contact's friction, None if it is known."""
     unknowns = result.trace.shape.unknowns
     keys = [f"fingers.{i}.friction" for i in range(len(result.scenario.fingers))]
     return tuple(unknowns.index(key) if key in unknowns else None for key in keys)
-
-
-def add_arrows(
-    scene: viser.SceneApi, name: str, count: int, shaft_radius: float, colour: Rgb = (0, 0, 0)
-) -> viser.ArrowsHandle:
-    """Arrows with heads in proportion to their shafts, to be placed later.
-
-    Args:
-        scene: Scene of the node.
-        name: Name of the node.
-        count: Number of arrows.
-        shaft_radius: Radius of their shafts [m].
-        colour: Their colour.
-    """
-    return scene.add_arrows(
-        name,
-        np.zeros((count, 2, 3)),
-        np.array([glow(colour)] * count, dtype=np.uint8),
-        shaft_radius=shaft_radius,
-        head_radius=2.6 * shaft_radius,
-        head_length=HEAD_LENGTH * shaft_radius,
-    )
 
 
 def push_words(force: float, moment: float) -> str:

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import viser
 
 from slipgrasp.web.model.intents.intent import Send
 from slipgrasp.web.model.intents.selection import Select
-
-
-class _Clickable(Protocol):
-    def on_click(self, func: Any, /) -> Any:
-        """Calls a function when the node is clicked."""
-        ...
 
 
 class Picking:
@@ -26,7 +20,7 @@ class Picking:
     def __init__(self, send: Send) -> None:
         self._send = send
 
-    def make_clickable(self, node: _Clickable, part: str) -> None:
+    def make_clickable(self, node: viser.MeshHandle, part: str) -> None:
         """Makes clicks on a node select a part."""
 
         # In the event loop, which keeps the order of events.

@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import viser
-from numpy.typing import NDArray
 
 from slipgrasp.scene import rotations
+from slipgrasp.scene.rotations import Values
 from slipgrasp.web.model.colours import PUSH
-from slipgrasp.web.scene.detail import Detail, Follower
+from slipgrasp.web.scene.canvas import HEAD_LENGTH, Canvas
 from slipgrasp.web.scene.layout import FullScale
-from slipgrasp.web.scene.marks import HEAD_LENGTH, MarkSizes, add_arrows, push_words
+from slipgrasp.web.scene.marks import MarkSizes, push_words
 from slipgrasp.web.scene.shapes import arc, joined
-
-Points = NDArray[np.float64]
 
 _ARC = 1.5 * math.pi
 _SHORTEST = 1e-3
@@ -29,39 +26,29 @@ class PushView:
     """Shows a force and a moment on the object, with their magnitudes.
 
     Args:
-        scene: Scene of the nodes.
+        canvas: Adds the nodes.
         name: Name of the parent node, with the axes of the model.
         radius: Smallest distance of the object's faces from its centre [m].
         sizes: Sizes of the marks.
-        detail: Level of detail.
     """
 
-    def __init__(
-        self,
-        scene: viser.SceneApi,
-        name: str,
-        radius: float,
-        sizes: MarkSizes,
-        detail: Detail,
-    ) -> None:
+    def __init__(self, canvas: Canvas, name: str, radius: float, sizes: MarkSizes) -> None:
         self._radius, self._sizes = radius, sizes
-        self._root = scene.add_frame(name, show_axes=False, visible=False)
+        self._root = canvas.add_frame(name, visible=False)
         shaft = 1.6 * sizes.shaft_radius
         self._head = HEAD_LENGTH * shaft
-        self._arrow = add_arrows(scene, f"{name}/force", 1, shaft, PUSH)
-        self._arc = scene.add_line_segments(
-            f"{name}/moment", np.zeros((1, 2, 3)), PUSH, thickness=1.3 * shaft
-        )
+        self._arrow = canvas.add_arrows(f"{name}/force", 1, shaft, PUSH)
+        self._arc = canvas.add_lines(f"{name}/moment", PUSH, 1.3 * shaft)
         # The page writes it over the view (overlay.js): viser's labels are white on a dark page.
-        self._words = scene.add_label(f"{name}/words", "", visible=False)
-        self._follow_object = Follower(detail, self._move)
-        self._follow_wrench = Follower(detail, self._draw)
+        self._words = canvas.scene.add_label(f"{name}/words", "", visible=False)
+        self._follow_object = canvas.follow(self._move)
+        self._follow_wrench = canvas.follow(self._draw)
 
     def newtons_per_metre(self, full: FullScale) -> float:
         """Force of an arrow with a length of one metre [N/m]."""
         return full.force / self._sizes.force_length
 
-    def update(self, centre: Points, wrench: Points, full: FullScale) -> None:
+    def update(self, centre: Values, wrench: Values, full: FullScale) -> None:
         """Shows a force and a moment on an object.
 
         Args:
@@ -78,11 +65,11 @@ class PushView:
             self._follow_object.follow(centre)
             self._follow_wrench.follow(np.array([*force_and_moment, full.force]))
 
-    def _move(self, centre: Points) -> None:
+    def _move(self, centre: Values) -> None:
         # In front of a planar hand and its marks.
         self._root.position = centre + np.array([0.0, 0.0, 1.5 * self._sizes.depth])
 
-    def _draw(self, wrench_and_full: Points) -> None:
+    def _draw(self, wrench_and_full: Values) -> None:
         force, moment, full = wrench_and_full[:3], wrench_and_full[3:6], wrench_and_full[6]
         arrow = self._sizes.force_length / full * force
         size = float(np.linalg.norm(arrow))
@@ -99,7 +86,7 @@ class PushView:
         self._words.position = (1.0 + _MARGIN * self._radius / length) * tail
 
 
-def _twist(radius: float, moment: Points) -> Points:
+def _twist(radius: float, moment: Values) -> Values:
     """An arc about a moment, counterclockwise seen from its tip, with an arrow head."""
     start, end = 0.25 * math.pi, 0.25 * math.pi + _ARC
     way = arc(radius, start, end)

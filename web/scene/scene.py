@@ -8,7 +8,6 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 import viser
-from numpy.typing import NDArray
 
 from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.scenario import (
@@ -23,25 +22,29 @@ from slipgrasp.core.scenario import (
 )
 from slipgrasp.core.scenario.hand_files.meshes import HandMeshes
 from slipgrasp.core.scenario.spatial_geometry import friction_outline
-from slipgrasp.scene import parts, rotations, skeleton
+from slipgrasp.scene import parts, skeleton
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.sizes import sizes_of
 from slipgrasp.web.model.appearance import Appearance
 from slipgrasp.web.model.sampling import Sample
-from slipgrasp.web.model.surfaces import Surfaces, surfaces_for
+from slipgrasp.web.model.surfaces import surfaces_for
+from slipgrasp.web.scene.canvas import Canvas
 from slipgrasp.web.scene.close_ups import CloseUps, arrays_of, facts_of
 from slipgrasp.web.scene.contact_view import ContactView
 from slipgrasp.web.scene.detail import Detail
 from slipgrasp.web.scene.dragging import Draggable, ObjectDrag
 from slipgrasp.web.scene.drawer import HandDrawer
 from slipgrasp.web.scene.ghost_view import GhostView
+from slipgrasp.web.scene.kept import Kept
 from slipgrasp.web.scene.layout import SceneLayout, lay_out
 from slipgrasp.web.scene.link_meshes import LinkMeshes
-from slipgrasp.web.scene.low_friction_patches import LowFrictionPatches, add_low_friction_patches
-from slipgrasp.web.scene.marks import MarkSizes, RunFacts, Trail, run_facts, sizes_on_hand
+from slipgrasp.web.scene.low_friction_patches import LowFrictionPatches
+from slipgrasp.web.scene.marks import MarkSizes, RunFacts, Trail, beliefs_of, sizes_on_hand
+from slipgrasp.web.scene.moving_marks import MovingMarks
 from slipgrasp.web.scene.node_shape import shape_of
 from slipgrasp.web.scene.picking import Picking
 from slipgrasp.web.scene.push_view import PushView
-from slipgrasp.web.scene.shapes import circle, extrude, faceted
+from slipgrasp.web.scene.shapes import arc, circle
 from slipgrasp.web.scene.slide_view import SlideView
 
 
@@ -56,9 +59,6 @@ class Stage(Protocol):
     def atomic(self) -> AbstractContextManager[None]:
         """A context whose updates arrive together."""
         ...
-
-
-Points = NDArray[np.float64]
 
 
 class _Look(NamedTuple):
@@ -112,15 +112,9 @@ class Scene:
     ) -> None:
         self._stage, self._drag, self._picking = stage, drag, picking
         self._appearance, self._detail = Appearance(), detail or Detail()
-        self._meshes = None
-        if meshes is not None:
-            self._meshes = LinkMeshes(stage.scene, meshes, self._detail, picking)
-        self._views: _Views | None = None
-        self._view_shape: object = None
-        self._ghost: GhostView | None = None
-        self._ghost_shape: object = None
-        self._low_friction_patches: LowFrictionPatches | None = None
-        self._wet: object = None
+        self._meshes = None if meshes is None else LinkMeshes(meshes)
+        self._views, self._ghost = Kept[_Views](), Kept[GhostView]()
+        self._low_friction_patches = Kept[LowFrictionPatches]()
         self._run: RunFacts | None = None
         self._close_ups = CloseUps(stage.scene)
         _light(stage.scene)
@@ -143,25 +137,20 @@ class Scene:
         """
         self._appearance = appearance or self._appearance
         layout = lay_out(result, whole_hand=self._appearance.whole_hand)
-        self._run = run_facts(result, layout, self._appearance.force_scale)
-        pale = (
-            ghost if ghost is not None and ghost.scenario.space is result.scenario.space else None
-        )
+        full = layout.full._replace(force=layout.full.force / self._appearance.force_scale)
+        self._run = RunFacts(full, beliefs_of(result))
+        space = result.scenario.space
+        pale = ghost if ghost is not None and ghost.scenario.space is space else None
         # Measured data may lack the slips, which only the close-ups draw.
         slipping = pale if pale is not None and _is_known(pale.trace.slip) else None
         with self._stage.atomic():
-            views = self._views_of(result.scenario)
-            for mark in views.marks:
-                mark.show_cone(self._appearance.cones)
-            self._lay_low_friction_patches(result.scenario, views)
-            self._show_ghost(pale)
+            views = self._show_hand(result.scenario, pale)
             self._close_ups.show(
                 facts_of(result, slipping, layout, self._appearance, self.object_node),
                 arrays_of(result, slipping, layout),
             )
-        if self._drag is not None and _LOOKS[result.scenario.space].drag_axes:
-            scale = views.push.newtons_per_metre(self._run.full)
-            axes = _LOOKS[result.scenario.space].drag_axes
+        if self._drag is not None and (axes := _LOOKS[space].drag_axes):
+            scale = views.push.newtons_per_metre(full)
             self._drag.follow(Draggable(views.hand.block, scale, axes))
         return layout
 
@@ -173,91 +162,69 @@ class Scene:
             ghost: The instant of the ghost, if there is one.
             moving: Whether other frames follow immediately, so that invisible changes are omitted.
         """
-        if self._views is None or self._run is None:
+        if self._views.nodes is None or self._run is None:
             return
         self._detail.begin_frame(moving=moving)
         with self._stage.atomic():
-            if self._ghost is not None and ghost is not None:
-                self._ghost.update(ghost.states)
+            if self._ghost.nodes is not None and ghost is not None:
+                self._ghost.nodes.update(ghost.states)
             self._close_ups.move(sample.time)
-            self._views.update(sample, self._run)
+            self._views.nodes.update(sample, self._run)
             if self._meshes is not None:
                 self._meshes.update(sample.states)
-            if self._low_friction_patches is not None:
-                self._low_friction_patches.update(sample.time)
+            if self._low_friction_patches.nodes is not None:
+                self._low_friction_patches.nodes.update(sample.time)
 
     @property
     def object_node(self) -> str:
         """The node that moves with the object, after a run is shown."""
-        assert self._views is not None, "no run is shown"
-        return self._views.hand.paths[skeleton.OBJECT]
+        assert self._views.nodes is not None, "no run is shown"
+        return self._views.nodes.hand.paths[skeleton.OBJECT]
 
     @property
     def ghost_node(self) -> str:
         """The parent node of the ghost, after one is shown."""
-        assert self._ghost is not None, "no ghost is shown"
-        return self._ghost.name
+        assert self._ghost.nodes is not None, "no ghost is shown"
+        return self._ghost.nodes.name
 
-    def _remove_views(self) -> None:
-        """Removes the nodes that depend on the object, too."""
-        if self._ghost is not None:
-            self._ghost.remove()
-        if self._views is not None:
-            self._views.root.remove()
-        self._views = self._ghost = self._view_shape = self._ghost_shape = None
-        self._low_friction_patches = self._wet = None
-
-    def _views_of(self, scenario: Scenario) -> _Views:
-        """The nodes of the hand, created again only for another shape or other colours."""
-        surfaces = surfaces_for(dark=self._appearance.dark)
-        has_meshes = self._meshes is not None and self._meshes.show(scenario, surfaces)
-        shape = (shape_of(scenario), self._appearance.dark, has_meshes)
-        if self._views is None or self._view_shape != shape:
-            self._remove_views()
-            self._views = _make_views(
-                self._stage.scene,
-                scenario,
-                surfaces,
-                self._detail,
-                self._picking,
-                has_meshes=has_meshes,
-            )
-            self._view_shape = shape
-        return self._views
-
-    def _lay_low_friction_patches(self, scenario: Scenario, views: _Views) -> None:
-        """The nodes of the low-friction patches, created again when they change."""
-        if self._low_friction_patches is not None and self._wet == scenario.patches:
-            return
-        if self._low_friction_patches is not None:
-            self._low_friction_patches.remove()
-        body = views.hand.paths[skeleton.OBJECT]
-        self._low_friction_patches = add_low_friction_patches(
-            self._stage.scene, body, scenario, self._picking
+    def _show_hand(self, scenario: Scenario, ghost: RunResult | None) -> _Views:
+        """The nodes of the hand, its patches and the ghost; created again only if they differ."""
+        dark = self._appearance.dark
+        can_pick = scenario.space.has_hand or isinstance(scenario, SupportScenario)
+        picking = self._picking if can_pick else None
+        canvas = Canvas(self._stage.scene, surfaces_for(dark=dark), self._detail, picking)
+        has_meshes = self._meshes is not None and self._meshes.show(canvas, scenario)
+        shape = (shape_of(scenario), dark, has_meshes)
+        if not self._views.fits(shape):
+            for nodes in (self._low_friction_patches, self._ghost, self._views):
+                nodes.remove()
+        views = self._views.renew(
+            shape, lambda: _make_views(canvas, scenario, has_meshes=has_meshes)
         )
-        self._wet = scenario.patches
+        for mark in views.marks:
+            if isinstance(mark, ContactView):
+                mark.show_cone(self._appearance.cones)
+        body = views.hand.paths[skeleton.OBJECT]
+        self._low_friction_patches.renew(
+            scenario.patches, lambda: LowFrictionPatches(canvas, body, scenario)
+        )
+        self._show_ghost(canvas, ghost)
+        return views
 
-    def _show_ghost(self, ghost: RunResult | None) -> None:
+    def _show_ghost(self, canvas: Canvas, ghost: RunResult | None) -> None:
         """The nodes of the ghost; they stay hidden until one of another shape is shown."""
         if ghost is None:
-            if self._ghost is not None:
-                self._ghost.show(False)
+            if self._ghost.nodes is not None:
+                self._ghost.nodes.show(False)
             return
-        has_hand = ghost.scenario.space.has_control and _is_known(ghost.trace.joint_position)
-        shape = (shape_of(ghost.scenario), has_hand)
-        if self._ghost is None or self._ghost_shape != shape:
-            if self._ghost is not None:
-                self._ghost.remove()
-            self._ghost = GhostView(
-                self._stage.scene,
-                _LOOKS[ghost.scenario.space].ghost_root + _suffix(ghost.scenario),
-                ghost.scenario,
-                surfaces_for(dark=self._appearance.dark),
-                self._detail,
-                has_hand=has_hand,
-            )
-            self._ghost_shape = shape
-        self._ghost.show(True)
+        scenario = ghost.scenario
+        has_hand = scenario.space.has_control and _is_known(ghost.trace.joint_position)
+        name = _LOOKS[scenario.space].ghost_root + _suffix(scenario)
+        nodes = self._ghost.renew(
+            (shape_of(scenario), has_hand),
+            lambda: GhostView(canvas, name, scenario, has_hand=has_hand),
+        )
+        nodes.show(True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -267,7 +234,11 @@ class _Views:
     root: viser.FrameHandle
     hand: HandDrawer
     push: PushView
-    marks: tuple[ContactView | SlideView, ...]
+    marks: tuple[MovingMarks, ...]
+
+    def remove(self) -> None:
+        """Removes all nodes, also those below the object."""
+        self.root.remove()
 
     def update(self, sample: Sample, run: RunFacts) -> None:
         """Moves hand, object and the marks on them."""
@@ -278,7 +249,7 @@ class _Views:
             mark.update(states, i, run.full, run.believed(sample, i), Trail(sample.trails[i]))
 
 
-def _is_known(signal: Points) -> bool:
+def _is_known(signal: Values) -> bool:
     """Whether a signal of a ghost is known; one that was not measured is NaN in all rows."""
     return bool(np.isfinite(signal[0]).all())
 
@@ -291,127 +262,89 @@ def _suffix(scenario: Scenario) -> str:
     return f"-{'-'.join(kinds)}" if "chain" in kinds else ""
 
 
-def _make_views(
-    scene: viser.SceneApi,
-    scenario: Scenario,
-    surfaces: Surfaces,
-    detail: Detail,
-    picking: Picking | None,
-    *,
-    has_meshes: bool,
-) -> _Views:
+def _make_views(canvas: Canvas, scenario: Scenario, *, has_meshes: bool) -> _Views:
     look, contacts = _LOOKS[scenario.space], skeleton.contacts_of(scenario)
     name = look.root + _suffix(scenario)
-    root = scene.add_frame(name, show_axes=False)
+    root = canvas.add_frame(name)
     own = {skeleton.contact_name(i) for i in range(len(scenario.fingers))}
     frames, entities = skeleton.frames_of(scenario), parts.entities_of(scenario)
     if has_meshes:
         own |= {each.name for each in frames if skeleton.finger_of(each.name) is not None}
     frames = [frame for frame in frames if frame.name not in own]
     entities = [each for each in entities if each.name not in own]
-    picking = picking if scenario.space.has_hand or isinstance(scenario, SupportScenario) else None
-    hand = HandDrawer(
-        scene, name, frames, entities, surfaces, detail, glass=look.glass, picking=picking
-    )
+    hand = HandDrawer(canvas, name, frames, entities, glass=look.glass)
     body, sizes = hand.paths[skeleton.OBJECT], sizes_of(scenario)
     inner = sizes.inner_radius
     marks = sizes_on_hand(inner, sizes.front)
     parent = hand.paths[skeleton.ROOTS[scenario.space]]
-    push = PushView(scene, f"{parent}/push", inner, marks, detail)
+    push = PushView(canvas, f"{parent}/push", inner, marks)
     if isinstance(scenario, SupportScenario):
-        slide = _add_slide(scene, parent, scenario, marks, surfaces, detail)
-        return _Views(root, hand, push, (slide,))
+        return _Views(root, hand, push, (_add_slide(canvas, parent, scenario, marks),))
     rim = friction_outline(scenario, _RIM_CORNERS)
     views = tuple(
-        ContactView(
-            scene,
-            f"{body}/contact{i}",
-            contact.anchor,
-            rotations.of_matrix(contact.axes),
-            contact,
-            rim,
-            marks,
-            detail,
-        )
+        ContactView(canvas, f"{body}/contact{i}", contact, rim, marks)
         for i, contact in enumerate(contacts)
     )
     if isinstance(scenario, RailScenario):
         place = np.array([scenario.trajectory.start[0], 0.0, sizes.front])
-        slide = SlideView(scene, f"{parent}/slide", place, 0.0, marks, detail, upright=True)
+        slide = SlideView(canvas, f"{parent}/slide", place, 0.0, marks, upright=True)
         return _Views(root, hand, push, (*views, slide))
     if look.glass:
-        _add_floor(scene, f"{name}/floor", scenario, surfaces)
+        _add_floor(canvas, f"{name}/floor", scenario)
     else:
-        _add_centre(scene, f"{body}/centre", 0.3 * inner, 0.95 * sizes.front, surfaces)
+        _add_centre(canvas, f"{body}/centre", 0.3 * inner, 0.95 * sizes.front)
     return _Views(root, hand, push, views)
 
 
 def _add_slide(
-    scene: viser.SceneApi,
-    plane: str,
-    scenario: SupportScenario,
-    marks: MarkSizes,
-    surfaces: Surfaces,
-    detail: Detail,
+    canvas: Canvas, plane: str, scenario: SupportScenario, marks: MarkSizes
 ) -> SlideView:
     """The support as a grid, and the marks of the body on it."""
     height = skeleton.body_height(scenario)
     x, y, _ = scenario.motion.start
-    size = _GRID_CELLS * height
-    _add_grid(scene, f"{plane}/floor", (size, size), (0.1, 0.5), (x, y, -height), surfaces)
+    size = np.full(2, _GRID_CELLS * height)
+    _add_grid(canvas, f"{plane}/floor", size, (0.1, 0.5), np.array([x, y, -height]))
     place = np.array([x, y, height])
-    return SlideView(scene, f"{plane}/slide", place, 2.0 * height, marks, detail)
+    return SlideView(canvas, f"{plane}/slide", place, 2.0 * height, marks)
 
 
-def _add_floor(
-    scene: viser.SceneApi, name: str, scenario: HandScenario, surfaces: Surfaces
-) -> None:
+def _add_floor(canvas: Canvas, name: str, scenario: HandScenario) -> None:
     """A grid under the mounts, which shows depth."""
     bases = np.array([finger.base for finger in scenario.fingers])
     low, high = bases.min(axis=0), bases.max(axis=0)
-    middle, size = 0.5 * (low + high), high - low + 2.0 * _FLOOR_MARGIN
     below = 2.9 * sizes_of(scenario).link_radius
-    place = (float(middle[0]), float(middle[1]), float(low[2]) - below)
-    _add_grid(scene, name, (float(size[0]), float(size[1])), (0.25, 1.0), place, surfaces)
+    place = np.array([*(0.5 * (low + high))[:2], low[2] - below])
+    _add_grid(canvas, name, high - low + 2.0 * _FLOOR_MARGIN, (0.25, 1.0), place)
 
 
 def _add_grid(
-    scene: viser.SceneApi,
-    name: str,
-    size: tuple[float, float],
-    cells: tuple[float, float],
-    place: tuple[float, float, float],
-    surfaces: Surfaces,
+    canvas: Canvas, name: str, size: Values, cells: tuple[float, float], place: Values
 ) -> None:
     """A horizontal grid with fine and coarse cells [m]."""
-    scene.add_grid(
+    canvas.scene.add_grid(
         name,
-        width=size[0],
-        height=size[1],
+        width=float(size[0]),
+        height=float(size[1]),
         cell_size=cells[0],
-        cell_color=surfaces.ground,
+        cell_color=canvas.surfaces.ground,
         cell_thickness=0.6,
         section_size=cells[1],
-        section_color=surfaces.ground,
+        section_color=canvas.surfaces.ground,
         section_thickness=1.0,
         shadow_opacity=0.0,
         position=place,
     )
 
 
-def _add_centre(
-    scene: viser.SceneApi, name: str, radius: float, depth: float, surfaces: Surfaces
-) -> None:
+def _add_centre(canvas: Canvas, name: str, radius: float, depth: float) -> None:
     """The symbol of the centre of mass of a planar object: a disc with two dark quarters."""
-    scene.add_frame(name, show_axes=False, wxyz=np.array(skeleton.LYING))
+    canvas.add_frame(name, wxyz=np.array(skeleton.LYING))
     front = depth + 0.002
-    disc = extrude(circle(radius, 32), depth, front)
-    scene.add_mesh_simple(f"{name}/disc", *faceted(*disc), color=surfaces.lens)
+    canvas.add_slab(f"{name}/disc", circle(radius, 32), (depth, front), canvas.surfaces.lens)
     for i, start in enumerate((0.0, np.pi)):
-        angles = np.linspace(start, start + 0.5 * np.pi, 12)
-        rim = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        quarter = extrude(np.concatenate([np.zeros((1, 2)), rim]), front, front + 0.001)
-        scene.add_mesh_simple(f"{name}/quarter{i}", *faceted(*quarter), color=surfaces.joint)
+        rim = arc(radius, start, start + 0.5 * np.pi, 11)
+        quarter, depths = np.concatenate([np.zeros((1, 2)), rim]), (front, front + 0.001)
+        canvas.add_slab(f"{name}/quarter{i}", quarter, depths, canvas.surfaces.joint)
 
 
 def _light(scene: viser.SceneApi) -> None:

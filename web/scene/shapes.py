@@ -7,43 +7,35 @@ along its z, and depth towards the viewer.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slipgrasp.core.scenario.hand_files.meshes import Mesh
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.solids import prism
-
-Points = NDArray[np.float64]
 
 _SEGMENTS = 28
 
 
-class Mesh(NamedTuple):
-    """Triangles: vertices ``(v, 3)`` and faces ``(f, 3)``."""
-
-    vertices: NDArray[np.float32]
-    faces: NDArray[np.uint32]
-
-
-def lift(points: Points, depth: float = 0.0) -> NDArray[np.float32]:
+def lift(points: Values, depth: float = 0.0) -> NDArray[np.float32]:
     """Points of a plane (..., 2) as viewer points (..., 3), ``depth`` nearer to the viewer [m]."""
     flat = np.full(points.shape[:-1], -depth)
     return np.stack([points[..., 0], flat, points[..., 1]], axis=-1).astype(np.float32)
 
 
-def circle(radius: float, segments: int = 48) -> Points:
+def circle(radius: float, segments: int = 48) -> Values:
     """Corners of a round outline, counterclockwise, shape ``(segments, 2)``."""
     return arc(radius, 0.0, 2.0 * math.pi, segments)[:-1]
 
 
-def arc(radius: float, start: float, end: float, segments: int = 24) -> Points:
+def arc(radius: float, start: float, end: float, segments: int = 24) -> Values:
     """Points of an arc from one angle to another [rad], shape ``(segments + 1, 2)``."""
     angles = np.linspace(start, end, segments + 1)
     return radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-def extrude(outline: Points, back: float, front: float) -> Mesh:
+def extrude(outline: Values, back: float, front: float) -> Mesh:
     """A convex outline ``(k, 2)`` as a slab between two depths [m]."""
     solid = prism(outline, back, front)
     x, y, depth = solid.points.T
@@ -67,7 +59,7 @@ def two_sided(mesh: Mesh) -> Mesh:
     return Mesh(np.concatenate([vertices, vertices]), np.concatenate([faces, behind]))
 
 
-def polyline(points: Points, depth: float, *, closed: bool = False) -> NDArray[np.float32]:
+def polyline(points: Values, depth: float, *, closed: bool = False) -> NDArray[np.float32]:
     """The segments ``(k, 2, 3)`` that join points of a plane ``(k, 2)`` in order."""
     return joined(lift(points, depth), closed=closed)
 
@@ -78,14 +70,14 @@ def joined(points: NDArray[np.floating], *, closed: bool = False) -> NDArray[np.
     return segments if closed else segments[:-1]
 
 
-def dashed_edges(edges: Points, dashes: int) -> Points:
+def dashed_edges(edges: Values, dashes: int) -> Values:
     """Every edge ``(edges, 2, 3)`` as some dashes, shape ``(edges dashes, 2, 3)``."""
     steps = np.linspace(0.0, 1.0, 2 * dashes).reshape(1, dashes, 2, 1)
     start, end = edges[:, None, None, 0], edges[:, None, None, 1]
     return (start + steps * (end - start)).reshape(-1, 2, 3)
 
 
-def turned_profile(profile: Points) -> Mesh:
+def turned_profile(profile: Values) -> Mesh:
     """A profile of points (x, radius), rotated about the x axis; closed where its radius is 0."""
     ring = circle(1.0, _SEGMENTS)
     vertices = np.concatenate(

@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Points = NDArray[np.float64]
+from slipgrasp.scene.rotations import Values
+
 Vector = tuple[float, float, float]
 
 
@@ -31,11 +31,11 @@ class ViewPlane(NamedTuple):
         c, s = math.cos(azimuth), math.sin(azimuth)
         return cls((-s, c, 0.0), (-high * c, -high * s, low), (low * c, low * s, high))
 
-    def project(self, points: Points) -> Points:
+    def project(self, points: Values) -> Values:
         """Projections of world points ``(..., 3)`` to the plane, ``(..., 2)`` [m]."""
         return points @ np.array([self.right, self.up]).T
 
-    def place(self, point: Points | tuple[float, float], depth: float = 0.0) -> Vector:
+    def place(self, point: Values | tuple[float, float], depth: float = 0.0) -> Vector:
         """The world point of (right, up) in the plane, ``depth`` nearer to the viewer [m]."""
         along, up = point[0], point[1]
         axes = zip(self.right, self.up, self.towards, strict=True)

@@ -23,7 +23,6 @@ from foxglove_schemas_protobuf.SpherePrimitive_pb2 import SpherePrimitive
 from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.duration_pb2 import Duration
-from numpy.typing import NDArray
 
 from slipgrasp.core.scenario import Scenario
 from slipgrasp.core.scenario.space import PLANAR, RAIL, SPATIAL, SUPPORT
@@ -31,22 +30,17 @@ from slipgrasp.recordings import palette
 from slipgrasp.recordings.file.foxglove.template import Blanks, Template, once
 from slipgrasp.scene import parts, primitives, rotations
 from slipgrasp.scene.primitives import Role
+from slipgrasp.scene.rotations import Values
 from slipgrasp.scene.skeleton import Moving
 from slipgrasp.scene.states import States
 
-Values = NDArray[np.float64]
-
+_ORIGIN = np.zeros(3)
 _FOR_EVER = Duration()
 """A lifetime until the entity is replaced."""
 
 _COLOURS: dict[Role, palette.Rgb] = {
-    Role.OBJECT: palette.OBJECT,
-    Role.OBJECT_EDGE: palette.OBJECT_EDGE,
     Role.DESIRED: palette.GHOST,
-    Role.LINK: palette.LINK,
-    Role.JOINT: palette.JOINT,
-    Role.MOUNT: palette.MOUNT,
-    Role.CONE: palette.CONE,
+    **{role: getattr(palette, role.name) for role in Role if role is not Role.DESIRED},
 }
 _GLASS = {PLANAR: 1.0, SPATIAL: 0.35, SUPPORT: 1.0, RAIL: 1.0}
 """Opacity of an object and of its cones, which shows forces inside a spatial object."""
@@ -102,24 +96,22 @@ def _add(shape: primitives.Shape, entity: SceneEntity, blanks: Blanks, colour: C
 
 @_add.register
 def _(shape: primitives.Triangles, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
-    points = [Point3(x=x, y=y, z=z) for x, y, z in shape.points.tolist()]
-    indices = shape.indices.ravel().tolist()
-    solid = TriangleListPrimitive(pose=_pose(), points=points, color=colour, indices=indices)
+    solid = TriangleListPrimitive(
+        pose=_pose(blanks),
+        points=_points(blanks, shape.points, len(shape.points)),
+        color=colour,
+        indices=shape.indices.ravel().tolist(),
+    )
     entity.triangles.append(solid)
 
 
 @_add.register
 def _(shape: primitives.Lines, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
-    count = int(shape.indices.max()) + 1
-    if callable(shape.points):
-        points = _moving_points(blanks, shape.points, count)
-    else:
-        points = [Point3(x=x, y=y, z=z) for x, y, z in shape.points.tolist()]
     lines = LinePrimitive(
         type=LinePrimitive.LINE_LIST,
-        pose=_pose(),
+        pose=_pose(blanks),
         thickness=shape.thickness,
-        points=points,
+        points=_points(blanks, shape.points, int(shape.indices.max()) + 1),
         color=colour,
         indices=shape.indices.ravel().tolist(),
     )
@@ -131,7 +123,7 @@ def _(shape: primitives.Rod, entity: SceneEntity, blanks: Blanks, colour: Color)
     along = (shape.end - shape.start).tolist()
     width, length = 2.0 * shape.radii[0], math.hypot(*along)
     cylinder = CylinderPrimitive(
-        pose=_pose(0.5 * (shape.start + shape.end), rotations.from_z_to(along)),
+        pose=_pose(blanks, 0.5 * (shape.start + shape.end), rotations.from_z_to(along)),
         size=Vector3(x=width, y=width, z=length),
         bottom_scale=1.0,
         top_scale=shape.radii[1] / shape.radii[0],
@@ -144,7 +136,9 @@ def _(shape: primitives.Rod, entity: SceneEntity, blanks: Blanks, colour: Color)
 def _(shape: primitives.Ball, entity: SceneEntity, blanks: Blanks, colour: Color) -> None:
     width = 2.0 * shape.radius
     size = Vector3(x=width, y=width, z=width)
-    entity.spheres.append(SpherePrimitive(pose=_pose(shape.centre), size=size, color=colour))
+    entity.spheres.append(
+        SpherePrimitive(pose=_pose(blanks, shape.centre), size=size, color=colour)
+    )
 
 
 @_add.register
@@ -155,10 +149,7 @@ def _(shape: primitives.Arrow, entity: SceneEntity, blanks: Blanks, colour: Colo
         return np.linalg.norm(vector(states), axis=1)
 
     arrow = ArrowPrimitive(
-        pose=Pose(
-            position=blanks.vector(tuple(shape.tail.tolist())),
-            orientation=blanks.quaternion(lambda states: rotations.from_x_to(vector(states))),
-        ),
+        pose=_pose(blanks, shape.tail, lambda states: rotations.from_x_to(vector(states))),
         shaft_length=blanks.number(lambda states: np.maximum(length(states) - head, 0.0)),
         shaft_diameter=shape.shaft_diameter,
         head_length=blanks.number(lambda states: np.minimum(length(states), head)),
@@ -187,14 +178,19 @@ def _(shape: primitives.Cone, entity: SceneEntity, blanks: Blanks, colour: Color
     entity.cylinders.append(cone)
 
 
-def _moving_points(blanks: Blanks, points: Moving, count: int) -> list[Point3]:
-    width = 3 * count
-    numbers = blanks.numbers(lambda states: points(states).reshape(-1, width), width)
+def _points(blanks: Blanks, points: Values | Moving, count: int) -> list[Point3]:
+    """Fixed points ``(k, 3)``, or ``count`` moving ones ``(n, count, 3)``."""
+    if callable(points):
+        width = 3 * count
+        numbers = blanks.numbers(lambda states: points(states).reshape(-1, width), width)
+    else:
+        numbers = points.ravel().tolist()
     return [Point3(x=x, y=y, z=z) for x, y, z in zip(*[iter(numbers)] * 3, strict=True)]
 
 
-def _pose(centre: Values | None = None, turn: tuple[float, ...] = rotations.UNTURNED) -> Pose:
-    """A fixed pose in a frame [m], by default at its origin."""
-    x, y, z = (0.0, 0.0, 0.0) if centre is None else centre.tolist()
-    w, qx, qy, qz = turn
-    return Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(w=w, x=qx, y=qy, z=qz))
+def _pose(
+    blanks: Blanks, centre: Values = _ORIGIN, turn: tuple[float, ...] | Moving = rotations.UNTURNED
+) -> Pose:
+    """A pose with a fixed position in a frame [m], by default its origin."""
+    x, y, z = centre.tolist()
+    return Pose(position=Vector3(x=x, y=y, z=z), orientation=blanks.quaternion(turn))
