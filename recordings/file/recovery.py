@@ -61,7 +61,7 @@ def recover(source: Path, output: Path, *, overwrite: bool = False) -> Recovered
         RecordingError: If it cannot be read, or the output cannot be written.
     """
     if source.suffix == PART_SUFFIX and _is_being_written(source):
-        raise RecordingBusyError(source, "another process is writing it")
+        raise RecordingBusyError(source, "another run is writing it")
     if source.suffix != PART_SUFFIX and _is_whole(source):
         raise NothingToRecoverError(source, "it is a complete recording")
     recovered = _recover(source, output, overwrite=overwrite)
