@@ -37,8 +37,10 @@ PORTABLE = "numerics-"
 # next change of the code; before adding one, compare the hashes of `python -m benchmarks
 # portability` (docs/portability.md).
 SAME_BITS: dict[str, tuple[str, ...]] = {
-    "numerics-bd6c7b5ea4021303": ("numerics-4b0bf01c9440a626",),
-    "numerics-f0e96f87c407ac8e": ("numerics-3c2e2a443c069062",),
+    "numerics-7b7b3584f3ead74b": ("numerics-bd6c7b5ea4021303", "numerics-4b0bf01c9440a626"),
+    "numerics-79a130f31c2a82f5": ("numerics-f0e96f87c407ac8e", "numerics-3c2e2a443c069062"),
+    "numerics-e4ed840f9ec3b46c": ("numerics-d27e3c15eb25a7f9",),
+    "numerics-855d3bbd050d3b6f": ("numerics-74b5c433c2011d1e",),
 }
 
 _DIGEST_BYTES = 8

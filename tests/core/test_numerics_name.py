@@ -19,7 +19,7 @@ from slipgrasp.core.kernel.compilation.compiler import all_units
 from slipgrasp.core.kernel.compilation.normal_form import NormalForm, _trees_in, tree_of
 from slipgrasp.core.kernel.planar import packing
 from slipgrasp.core.run import numerics
-from slipgrasp.core.run.numerics import compute_name, normal_form, numerics_name
+from slipgrasp.core.run.numerics import SAME_BITS, compute_name, normal_form, numerics_name
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.core.scenario.space import PLANAR, SPACES
@@ -226,6 +226,11 @@ def test_the_name_is_kept_as_it_is_computed(forms, monkeypatch):
     kept = [*map(numerics_name, SPACES)]
     monkeypatch.setattr(numerics, "normal_form", dict(zip(SPACES, forms, strict=True)).get)
     assert kept == [*map(compute_name, SPACES)]
+
+
+@pytest.mark.slow
+def test_earlier_names_with_equal_bits_belong_to_present_names():
+    assert set(SAME_BITS) <= {*map(numerics_name, SPACES)}
 
 
 @pytest.mark.slow
