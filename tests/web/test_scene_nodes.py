@@ -15,6 +15,7 @@ from slipgrasp.core.run.result import RunResult
 from slipgrasp.core.run.simulator import simulate
 from slipgrasp.core.scenario.loading import load_scenario, with_values
 from slipgrasp.recordings.palette import PHASES
+from slipgrasp.scene import parts, skeleton
 from slipgrasp.scene.rotations import about_z, matrices
 from slipgrasp.server.viewer.server import ViewerServer
 from slipgrasp.web.model.appearance import Appearance
@@ -119,6 +120,17 @@ def test_a_dark_scene_keeps_the_colours_of_the_phases(
     )
     assert tuple(node(viewer_server, ball).color) in PHASES.values()
     assert tuple(node(viewer_server, bar).color) == surfaces_for(dark=True).link
+
+
+def test_all_entities_of_a_frame_are_drawn(
+    scene: Scene, viewer_server: ViewerServer, case_2: RunResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entities = parts.entities_of(case_2.scenario)
+    mount = next(each for each in entities if each.frame == skeleton.base_frame(0))
+    monkeypatch.setattr(parts, "entities_of", lambda _: [*entities, mount])
+    scene.show(case_2)
+    for k in range(2 * len(mount.shapes)):
+        node(viewer_server, f"/hand/plane/finger_0-base/part{k}")
 
 
 def test_the_pale_run_stands_where_it_is_and_goes_when_it_is_dismissed(

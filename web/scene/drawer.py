@@ -5,6 +5,7 @@ Each node is created once; afterwards only changed positions and colours are sen
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -54,9 +55,12 @@ class HandDrawer:
         self.paths = {frames[0].parent: root}
         for frame in frames:
             self._add_frame(frame)
+        count = Counter[str]()
         for entity in entities:
-            for k, shape in enumerate(entity.shapes):
-                self._add(shape, f"{self.paths[entity.frame]}/part{k}", entity.frame)
+            frame = entity.frame
+            for shape in entity.shapes:
+                self._add(shape, f"{self.paths[frame]}/part{count[frame]}", frame)
+                count[frame] += 1
         self._drawn = np.full((len(self._moving), 4), np.inf)
 
     def update(self, states: States) -> None:
